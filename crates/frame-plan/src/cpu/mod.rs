@@ -1,0 +1,5 @@
+//! The CPU executor: runs the mirrors.
+
+mod mirror;
+
+pub use mirror::*;

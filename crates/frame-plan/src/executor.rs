@@ -1,0 +1,121 @@
+//! What runs plans.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{ParamsId, Plan, ResourceId};
+
+/// Who did the work.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct DeviceInfo {
+    /// Executor: `cpu`, `wgpu` or `vulkan`.
+    pub executor: String,
+    /// Device name as the driver states it.
+    pub device: String,
+    /// Driver name and version.
+    pub driver: String,
+}
+
+/// What a device can hold and run; plans are built inside these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Limits {
+    /// Width and height of a 2-D texture.
+    pub max_texture_size: u32,
+    /// Bytes of one storage binding.
+    pub max_storage_binding_bytes: u64,
+    /// Bytes of one buffer.
+    pub max_buffer_bytes: u64,
+    /// Workgroups per dimension of a dispatch.
+    pub max_groups_per_dimension: u32,
+}
+
+/// Milliseconds of one step of the last finished frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct StepTime {
+    /// Pass name and label.
+    pub name: String,
+    /// Device time, or CPU time on the CPU executor.
+    pub milliseconds: f64,
+}
+
+/// Runs plans. `prepare` allocates and compiles; `execute` only runs.
+pub trait Executor {
+    /// Who does the work.
+    fn info(&self) -> &DeviceInfo;
+
+    /// What plans must fit into.
+    fn limits(&self) -> Limits;
+
+    /// Check the plan against the device and allocate everything it needs; replaces an earlier plan.
+    ///
+    /// # Errors
+    /// [`ExecuteError::InvalidPlan`] before anything is allocated; device errors after.
+    fn prepare(&mut self, plan: &Plan) -> Result<(), ExecuteError>;
+
+    /// Replace the bytes of a uniform block from the next frame on.
+    ///
+    /// # Errors
+    /// If nothing is prepared, the id is unknown or the length differs from the plan's.
+    fn set_params(&mut self, params: ParamsId, bytes: &[u8]) -> Result<(), ExecuteError>;
+
+    /// Replace bytes of a buffer from the next frame on.
+    ///
+    /// # Errors
+    /// If nothing is prepared, the id is unknown or the range is outside the buffer.
+    fn write_buffer(&mut self, buffer: ResourceId, offset_bytes: u64, bytes: &[u8]) -> Result<(), ExecuteError>;
+
+    /// Run one frame: no allocation, no compilation, no read-back.
+    ///
+    /// # Errors
+    /// Device errors; no plan prepared.
+    fn execute(&mut self) -> Result<(), ExecuteError>;
+
+    /// Wait for the last frame and read a whole `readable` resource: a buffer's bytes, or a texture's level 0 layer 0, tightly packed.
+    ///
+    /// # Errors
+    /// Device errors; a resource that is not readable.
+    fn read(&mut self, resource: ResourceId) -> Result<Vec<u8>, ExecuteError>;
+
+    /// Times per step of the last finished frame; empty where the device cannot measure.
+    fn step_times(&mut self) -> Vec<StepTime>;
+}
+
+/// Why a plan did not run.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExecuteError {
+    /// The plan contradicts itself, the pass set or the device's limits.
+    #[error("plan {plan:?}: {problem}")]
+    InvalidPlan {
+        /// Plan name.
+        plan: String,
+        /// What is wrong, with the numbers.
+        problem: String,
+    },
+    /// A call that does not fit the prepared plan.
+    #[error("{0}")]
+    Usage(String),
+    /// No usable device.
+    #[error("no {executor} device: {reason}")]
+    NoDevice {
+        /// Executor id.
+        executor: &'static str,
+        /// What the API said.
+        reason: String,
+    },
+    /// The device failed or was lost.
+    #[error("{executor} device failed: {reason}")]
+    Device {
+        /// Executor id.
+        executor: &'static str,
+        /// What the API said.
+        reason: String,
+    },
+    /// Memory ran out.
+    #[error("{executor} device is out of memory: {reason}")]
+    OutOfMemory {
+        /// Executor id.
+        executor: &'static str,
+        /// What was asked for.
+        reason: String,
+    },
+}

@@ -1,0 +1,16 @@
+//! A frame as plain data: passes, resources, and the executors that run them.
+//!
+//! A [`Plan`] is built once when a scene's structure changes; a frame only updates parameters. It
+//! names its passes; a [`PassSet`] says what each name means: a WGSL module for GPU executors and a
+//! plain Rust function, the CPU mirror, for [`cpu::CpuExecutor`]. This crate knows no scene and no method.
+
+pub mod cpu;
+mod executor;
+mod pass;
+mod plan;
+mod resource;
+
+pub use executor::*;
+pub use pass::*;
+pub use plan::*;
+pub use resource::*;

@@ -1,0 +1,210 @@
+//! The plan: an ordered list of steps over named resources.
+
+use serde::{Deserialize, Serialize};
+
+use crate::{Resource, ResourceId, Subresource};
+
+/// Everything an executor needs to run a frame, as plain data.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Plan {
+    /// Name for reports.
+    pub name: String,
+    /// Resources, referenced by [`ResourceId`].
+    pub resources: Vec<Resource>,
+    /// Uniform blocks, referenced by [`ParamsId`]; a frame may replace their bytes.
+    pub params: Vec<Params>,
+    /// What runs, in order. Executors put the barriers between steps.
+    pub steps: Vec<Step>,
+    /// Which passes were kept and which were left out, and why.
+    pub decisions: Vec<Decision>,
+}
+
+/// Index of a [`Params`] in [`Plan::params`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+pub struct ParamsId(pub u32);
+
+/// The bytes of a pass's uniform struct, once per iteration of the enclosing [`Step::Repeat`].
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Params {
+    /// Unique within the plan.
+    pub name: String,
+    /// Size of one block: the size of the pass's `#[repr(C)]` struct, a multiple of 16.
+    pub stride_bytes: u32,
+    /// One block, or one per iteration.
+    pub bytes: Vec<u8>,
+}
+
+/// Why a pass is in the plan or not.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Decision {
+    /// Pass name.
+    pub pass: String,
+    /// In the plan.
+    pub kept: bool,
+    /// In words a person reads: `dispersion: off, every material has dispersion 0`.
+    pub reason: String,
+}
+
+/// A resource bound to a pass, in the order of [`crate::PassInfo::bindings`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Bound {
+    /// The resource.
+    pub resource: ResourceId,
+    /// Part of a texture; `None` means the whole resource.
+    pub part: Option<Subresource>,
+}
+
+impl From<ResourceId> for Bound {
+    fn from(resource: ResourceId) -> Self {
+        Self { resource, part: None }
+    }
+}
+
+/// A compute or draw pass with its resources.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PassStep {
+    /// Name in the [`crate::PassSet`].
+    pub pass: String,
+    /// Which use of the pass this is, for timings and messages: `light 0, back faces`.
+    pub label: String,
+    /// Uniform block, if the pass has one.
+    pub params: Option<ParamsId>,
+    /// One entry per binding of the pass, in its order.
+    pub bindings: Vec<Bound>,
+}
+
+/// What a render target holds before the draw.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Load {
+    /// Set every texel to this value (unsigned formats take the integer value of each component).
+    Clear([f32; 4]),
+    /// Keep what is there.
+    Keep,
+}
+
+/// A texture that a draw writes, one mip level of one layer.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Target {
+    /// The texture.
+    pub texture: ResourceId,
+    /// Mip level.
+    pub mip: u32,
+    /// Layer.
+    pub layer: u32,
+    /// Contents before the draw.
+    pub load: Load,
+}
+
+/// What a draw step draws into.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Targets {
+    /// Colour targets, in the order of the pass's formats.
+    pub color: Vec<Target>,
+    /// Depth target, where the pass tests depth.
+    pub depth: Option<Target>,
+}
+
+/// One step of a frame.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Step {
+    /// Run a compute pass over `groups` workgroups.
+    Dispatch {
+        /// The pass.
+        pass: PassStep,
+        /// Workgroups in x, y, z.
+        groups: [u32; 3],
+    },
+    /// Run a compute pass over as many workgroups as an earlier pass wrote: three u32 at `offset_bytes`.
+    DispatchIndirect {
+        /// The pass.
+        pass: PassStep,
+        /// Buffer with the workgroup counts, already clamped to the device's limit.
+        arguments: ResourceId,
+        /// Offset of the first count, a multiple of 4.
+        offset_bytes: u64,
+    },
+    /// Draw `vertices` x `instances` without vertex buffers: vertex shaders pull from storage buffers by index.
+    Draw {
+        /// The pass.
+        pass: PassStep,
+        /// Where it draws.
+        targets: Targets,
+        /// Vertices per instance, three per triangle.
+        vertices: u32,
+        /// Instances.
+        instances: u32,
+    },
+    /// As [`Step::Draw`], with four u32 (vertices, instances, first vertex, first instance) at `offset_bytes`.
+    DrawIndirect {
+        /// The pass.
+        pass: PassStep,
+        /// Where it draws.
+        targets: Targets,
+        /// Buffer with the counts.
+        arguments: ResourceId,
+        /// Offset of the first count, a multiple of 4.
+        offset_bytes: u64,
+    },
+    /// Set a whole buffer to zero.
+    ClearBuffer {
+        /// The buffer.
+        buffer: ResourceId,
+    },
+    /// Copy bytes between buffers.
+    CopyBuffer {
+        /// Source buffer.
+        source: ResourceId,
+        /// Offset in the source, a multiple of 4.
+        source_offset_bytes: u64,
+        /// Target buffer.
+        target: ResourceId,
+        /// Offset in the target, a multiple of 4.
+        target_offset_bytes: u64,
+        /// Length, a multiple of 4.
+        size_bytes: u64,
+    },
+    /// Copy one mip level of one layer between textures of equal format and size.
+    CopyTexture {
+        /// Source texture.
+        source: ResourceId,
+        /// Mip level and layer in the source.
+        source_part: Subresource,
+        /// Target texture.
+        target: ResourceId,
+        /// Mip level and layer in the target.
+        target_part: Subresource,
+    },
+    /// Run `iterations` in order; each may bind other mip levels, and takes block `i` of its params.
+    Repeat {
+        /// For messages and timings.
+        label: String,
+        /// The steps of each iteration.
+        iterations: Vec<Vec<Step>>,
+    },
+}
+
+impl Plan {
+    /// Look a resource up by name.
+    #[must_use]
+    pub fn resource(&self, name: &str) -> Option<ResourceId> {
+        self.resources.iter().position(|r| r.name == name).map(|i| ResourceId(i as u32))
+    }
+
+    /// Add a resource and return its id.
+    pub fn add_resource(&mut self, resource: Resource) -> ResourceId {
+        self.resources.push(resource);
+        ResourceId(self.resources.len() as u32 - 1)
+    }
+
+    /// Add a uniform block with one iteration and return its id.
+    pub fn add_params<T: bytemuck::Pod>(&mut self, name: impl Into<String>, params: &T) -> ParamsId {
+        self.params.push(Params {
+            name: name.into(),
+            stride_bytes: size_of::<T>() as u32,
+            bytes: bytemuck::bytes_of(params).to_vec(),
+        });
+        ParamsId(self.params.len() as u32 - 1)
+    }
+}

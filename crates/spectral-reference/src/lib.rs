@@ -1,0 +1,1 @@
+//! The oracle: f64 light tracing and eye rays through exact meshes.
