@@ -2,3 +2,7 @@
 #![no_std]
 
 extern crate alloc;
+
+mod csv_table;
+pub mod illuminant;
+pub mod observer;
