@@ -3,6 +3,12 @@
 
 extern crate alloc;
 
+pub mod color;
 mod csv_table;
+pub mod dispersion;
 pub mod illuminant;
+pub mod light;
+pub mod mat3;
 pub mod observer;
+pub mod rgb;
+pub mod upsample;
