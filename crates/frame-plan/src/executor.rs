@@ -26,12 +26,27 @@ pub struct Limits {
     pub max_buffer_bytes: u64,
     /// Workgroups per dimension of a dispatch.
     pub max_groups_per_dimension: u32,
+    /// Bytes of all resources of a plan together.
+    pub max_total_bytes: u64,
 }
 
-/// Milliseconds of one step of the last finished frame.
+/// WebGPU's guaranteed limits, and 4 GiB in all: what every device can do.
+impl Default for Limits {
+    fn default() -> Self {
+        Self {
+            max_texture_size: 8192,
+            max_storage_binding_bytes: 128 << 20,
+            max_buffer_bytes: 256 << 20,
+            max_groups_per_dimension: 65_535,
+            max_total_bytes: 4 << 30,
+        }
+    }
+}
+
+/// Milliseconds of one top-level step of the last finished frame.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct StepTime {
-    /// Pass name and label.
+    /// Pass name and label, or what else the step is; a repeat counts as one step.
     pub name: String,
     /// Device time, or CPU time on the CPU executor.
     pub milliseconds: f64,
@@ -118,4 +133,12 @@ pub enum ExecuteError {
         /// What was asked for.
         reason: String,
     },
+}
+
+impl ExecuteError {
+    /// The error of a call that needs a prepared plan.
+    #[must_use]
+    pub fn nothing_prepared() -> Self {
+        Self::Usage("no plan is prepared".into())
+    }
 }

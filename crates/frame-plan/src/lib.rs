@@ -6,9 +6,11 @@
 
 pub mod cpu;
 mod executor;
+pub mod memory;
 mod pass;
 mod plan;
 mod resource;
+mod validate;
 
 pub use executor::*;
 pub use pass::*;

@@ -88,7 +88,8 @@ pub enum PassKind {
         additive: bool,
         /// CPU mirror of the vertex entry point: vertex index, instance index.
         vertex: fn(&MirrorArgs<'_>, u32, u32) -> VertexOutput,
-        /// CPU mirror of the fragment entry point, run at each covered texel centre; `None` discards.
+        /// CPU mirror of the fragment entry point, run at each covered texel centre; `None` discards. A target of an
+        /// unsigned format takes the integer value of the first component, exact up to 2^24.
         fragment: fn(&MirrorArgs<'_>, &Fragment) -> Option<[[f32; 4]; 4]>,
     },
 }

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Resource, ResourceId, Subresource};
+use crate::{ExecuteError, Lifetime, Resource, ResourceId, ResourceKind, Subresource};
 
 /// Everything an executor needs to run a frame, as plain data.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -23,7 +23,7 @@ pub struct Plan {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct ParamsId(pub u32);
 
-/// The bytes of a pass's uniform struct, once per iteration of the enclosing [`Step::Repeat`].
+/// The bytes of a pass's uniform struct: one block, or one per iteration of the innermost [`Step::Repeat`] around it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Params {
     /// Unique within the plan.
@@ -192,6 +192,12 @@ impl Plan {
         self.resources.iter().position(|r| r.name == name).map(|i| ResourceId(i as u32))
     }
 
+    /// Look a uniform block up by name.
+    #[must_use]
+    pub fn params_id(&self, name: &str) -> Option<ParamsId> {
+        self.params.iter().position(|p| p.name == name).map(|i| ParamsId(i as u32))
+    }
+
     /// Add a resource and return its id.
     pub fn add_resource(&mut self, resource: Resource) -> ResourceId {
         self.resources.push(resource);
@@ -200,11 +206,148 @@ impl Plan {
 
     /// Add a uniform block with one iteration and return its id.
     pub fn add_params<T: bytemuck::Pod>(&mut self, name: impl Into<String>, params: &T) -> ParamsId {
+        self.add_params_per_iteration(name, std::slice::from_ref(params))
+    }
+
+    /// Add a uniform block with one entry per iteration of the repeat that uses it, and return its id.
+    pub fn add_params_per_iteration<T: bytemuck::Pod>(
+        &mut self,
+        name: impl Into<String>,
+        params: &[T],
+    ) -> ParamsId {
         self.params.push(Params {
             name: name.into(),
             stride_bytes: size_of::<T>() as u32,
-            bytes: bytemuck::bytes_of(params).to_vec(),
+            bytes: bytemuck::cast_slice(params).to_vec(),
         });
         ParamsId(self.params.len() as u32 - 1)
+    }
+
+    /// Call `visit` with every pass step, in order.
+    pub fn for_each_pass<'a>(&'a self, visit: &mut impl FnMut(&'a PassStep)) {
+        for_each_pass(&self.steps, visit);
+    }
+
+    /// Names of the top-level steps, as in [`crate::StepTime`].
+    #[must_use]
+    pub fn step_names(&self) -> Vec<String> {
+        self.steps.iter().map(|s| self.step_name(s)).collect()
+    }
+
+    pub(crate) fn step_name(&self, step: &Step) -> String {
+        let name = |id: &ResourceId| self.resources.get(id.0 as usize).map_or("?", |r| &r.name);
+        match step {
+            Step::Dispatch { pass, .. }
+            | Step::DispatchIndirect { pass, .. }
+            | Step::Draw { pass, .. }
+            | Step::DrawIndirect { pass, .. } => pass.to_string(),
+            Step::ClearBuffer { buffer } => format!("clear {}", name(buffer)),
+            Step::CopyBuffer { source, target, .. } | Step::CopyTexture { source, target, .. } => {
+                format!("copy {} to {}", name(source), name(target))
+            }
+            Step::Repeat { label, .. } => label.clone(),
+        }
+    }
+
+    /// Check the arguments of [`crate::Executor::set_params`].
+    ///
+    /// # Errors
+    /// [`ExecuteError::Usage`] if the id is unknown or the length differs.
+    pub fn check_params_write(&self, params: ParamsId, bytes: &[u8]) -> Result<(), ExecuteError> {
+        let Some(held) = self.params.get(params.0 as usize) else {
+            return Err(ExecuteError::Usage(format!(
+                "params {} of {}: no such uniform block",
+                params.0,
+                self.params.len()
+            )));
+        };
+        if held.bytes.len() != bytes.len() {
+            return Err(ExecuteError::Usage(format!(
+                "params {:?} have {} bytes, got {}",
+                held.name,
+                held.bytes.len(),
+                bytes.len()
+            )));
+        }
+        Ok(())
+    }
+
+    /// Check the arguments of [`crate::Executor::write_buffer`].
+    ///
+    /// # Errors
+    /// [`ExecuteError::Usage`] if the id is not a buffer's, the range is outside it or not a multiple of 4.
+    pub fn check_buffer_write(
+        &self,
+        buffer: ResourceId,
+        offset_bytes: u64,
+        bytes: &[u8],
+    ) -> Result<(), ExecuteError> {
+        let resource = self.known(buffer)?;
+        let ResourceKind::Buffer { size_bytes } = resource.kind else {
+            return Err(ExecuteError::Usage(format!("{:?} is not a buffer", resource.name)));
+        };
+        let len = bytes.len() as u64;
+        if offset_bytes % 4 != 0 || len % 4 != 0 {
+            return Err(ExecuteError::Usage(format!(
+                "writing {len} bytes at {offset_bytes} of {:?}: both must be multiples of 4",
+                resource.name
+            )));
+        }
+        if offset_bytes.checked_add(len).is_none_or(|end| end > size_bytes) {
+            return Err(ExecuteError::Usage(format!(
+                "writing {len} bytes at {offset_bytes} of {:?}, which has {size_bytes}",
+                resource.name
+            )));
+        }
+        Ok(())
+    }
+
+    /// Check the argument of [`crate::Executor::read`].
+    ///
+    /// # Errors
+    /// [`ExecuteError::Usage`] if the id is unknown or the resource is not readable.
+    pub fn check_readable(&self, resource: ResourceId) -> Result<&Resource, ExecuteError> {
+        let resource = self.known(resource)?;
+        if resource.readable {
+            Ok(resource)
+        } else {
+            Err(ExecuteError::Usage(format!("{:?} is not readable", resource.name)))
+        }
+    }
+
+    /// Look an imported resource up by name.
+    #[must_use]
+    pub fn imported(&self, name: &str) -> Option<ResourceId> {
+        self.resource(name).filter(|id| self.resources[id.0 as usize].lifetime == Lifetime::Imported)
+    }
+
+    fn known(&self, id: ResourceId) -> Result<&Resource, ExecuteError> {
+        self.resources.get(id.0 as usize).ok_or_else(|| {
+            ExecuteError::Usage(format!("resource {} of {}: no such resource", id.0, self.resources.len()))
+        })
+    }
+}
+
+fn for_each_pass<'a>(steps: &'a [Step], visit: &mut impl FnMut(&'a PassStep)) {
+    for step in steps {
+        match step {
+            Step::Dispatch { pass, .. }
+            | Step::DispatchIndirect { pass, .. }
+            | Step::Draw { pass, .. }
+            | Step::DrawIndirect { pass, .. } => visit(pass),
+            Step::Repeat { iterations, .. } => iterations.iter().for_each(|s| for_each_pass(s, visit)),
+            Step::ClearBuffer { .. } | Step::CopyBuffer { .. } | Step::CopyTexture { .. } => {}
+        }
+    }
+}
+
+/// Pass name, with the label in parentheses if there is one.
+impl std::fmt::Display for PassStep {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        if self.label.is_empty() {
+            f.write_str(&self.pass)
+        } else {
+            write!(f, "{} ({})", self.pass, self.label)
+        }
     }
 }

@@ -27,7 +27,8 @@ pub struct Resource {
     pub kind: ResourceKind,
     /// How long it lives.
     pub lifetime: Lifetime,
-    /// Contents written once when the plan is prepared (little-endian, tightly packed); `None` means zeros.
+    /// Contents written once when the plan is prepared, whole, little-endian and tightly packed (textures layer by layer, with
+    /// all levels of each); `None` means zeros.
     #[serde(skip_serializing_if = "Option::is_none", default)]
     pub initial: Option<Vec<u8>>,
     /// The host reads it back after the frame.
@@ -61,6 +62,67 @@ pub enum ResourceKind {
         /// Wrap around rather than clamp to the edge.
         repeat: bool,
     },
+}
+
+impl ResourceKind {
+    /// Bytes of the whole resource, all levels and layers; saturates instead of overflowing, 0 for samplers.
+    #[must_use]
+    pub fn bytes(&self) -> u64 {
+        match *self {
+            Self::Buffer { size_bytes } => size_bytes,
+            Self::Texture { format, size, layers, mips } => (0..mips.min(32))
+                .map(|mip| size.map(|s| u64::from((s >> mip).max(1))))
+                .map(|[width, height]| {
+                    width
+                        .saturating_mul(height)
+                        .saturating_mul(u64::from(layers))
+                        .saturating_mul(u64::from(format.bytes_per_texel()))
+                })
+                .fold(0, u64::saturating_add),
+            Self::Sampler { .. } => 0,
+        }
+    }
+}
+
+impl Resource {
+    /// A transient buffer; see the fields for other lifetimes, contents and read-back.
+    #[must_use]
+    pub fn buffer(name: impl Into<String>, size_bytes: u64) -> Self {
+        Self::transient(name, ResourceKind::Buffer { size_bytes })
+    }
+
+    /// A persistent buffer that starts with the bytes of `contents`: meshes, tables.
+    #[must_use]
+    pub fn buffer_with<T: bytemuck::NoUninit>(name: impl Into<String>, contents: &[T]) -> Self {
+        let bytes: &[u8] = bytemuck::cast_slice(contents);
+        Self {
+            lifetime: Lifetime::Persistent,
+            initial: Some(bytes.to_vec()),
+            ..Self::buffer(name, bytes.len() as u64)
+        }
+    }
+
+    /// A transient 2-D texture with one level and layer.
+    #[must_use]
+    pub fn texture(name: impl Into<String>, format: TextureFormat, size: [u32; 2]) -> Self {
+        Self::transient(name, ResourceKind::Texture { format, size, layers: 1, mips: 1 })
+    }
+
+    fn transient(name: impl Into<String>, kind: ResourceKind) -> Self {
+        Self { name: name.into(), kind, lifetime: Lifetime::Transient, initial: None, readable: false }
+    }
+
+    /// The same resource, read back by the host.
+    #[must_use]
+    pub fn readable(self) -> Self {
+        Self { readable: true, ..self }
+    }
+
+    /// The same resource with another lifetime.
+    #[must_use]
+    pub fn with_lifetime(self, lifetime: Lifetime) -> Self {
+        Self { lifetime, ..self }
+    }
 }
 
 /// Texel formats that every executor supports.
