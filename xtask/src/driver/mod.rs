@@ -1,0 +1,162 @@
+//! `cargo xtask driver`: a Vulkan driver for `compare` and `test`, found or fetched, asking for nothing.
+//!
+//! The system's drivers come first. Where none loads, a private copy of a software driver goes into
+//! `target/driver`: Mesa's lavapipe through the distribution's own packages ([`apt`]), or SwiftShader
+//! through npm ([`npm`]). Whatever was found is tried in a child process before it counts, because the
+//! Vulkan loader reads its environment once and a broken driver may take its process down.
+
+mod apt;
+mod npm;
+mod private_copy;
+mod probe;
+
+use std::env;
+use std::ffi::OsString;
+use std::path::Path;
+use std::process::{Command, ExitCode};
+
+use anyhow::Result;
+
+use crate::paths;
+use private_copy::PrivateCopy;
+
+/// What a machine without any driver is told.
+const REMEDY: &str = "install a Vulkan driver and loader: mesa-vulkan-drivers libvulkan1 (Debian, Ubuntu), \
+     mesa-vulkan-drivers vulkan-loader (Fedora), vulkan-swrast vulkan-icd-loader (Arch, Alpine)";
+
+/// Find a Vulkan driver, or fetch Mesa's software driver into target/driver.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// Fetch the private copy even where the system has a driver, and use that.
+    #[arg(long)]
+    fetch: bool,
+    /// List the adapters that load in this very environment, for the parent process.
+    #[arg(long, hide = true)]
+    probe: bool,
+}
+
+/// Environment variables for processes that use Vulkan.
+pub(crate) type Environment = Vec<(&'static str, OsString)>;
+
+/// What the machine has.
+pub(crate) struct Driver {
+    /// Where the driver comes from, or why there is none: one line.
+    pub(crate) description: String,
+    /// Adapters that answered, as the driver names them; empty if there is no driver.
+    pub(crate) adapters: Vec<String>,
+    /// What processes that use it must have in their environment.
+    pub(crate) environment: Environment,
+}
+
+/// Print what was found or done.
+///
+/// # Errors
+/// Only where this program cannot start itself; a machine without a driver is an exit code.
+pub(crate) fn run(args: &Args) -> Result<ExitCode> {
+    if args.probe {
+        probe::print_adapters();
+        return Ok(ExitCode::SUCCESS);
+    }
+    let driver = find_or_fetch(args.fetch)?;
+    if driver.adapters.is_empty() {
+        eprintln!("error: {}", driver.description);
+        return Ok(ExitCode::FAILURE);
+    }
+    println!("driver: {}", driver.description);
+    for adapter in &driver.adapters {
+        println!("adapter: {adapter}");
+    }
+    for (name, value) in &driver.environment {
+        println!("environment: {name}={}", value.display());
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Find a driver that loads; with `fetch`, or where there is none, get a private copy.
+///
+/// # Errors
+/// Only where this program cannot start itself. Not finding a driver is an answer, not an error.
+pub(crate) fn find_or_fetch(fetch: bool) -> Result<Driver> {
+    let mut environment = quiet();
+    if !fetch {
+        let adapters = probe::adapters(&environment)?;
+        if !adapters.is_empty() {
+            return Ok(Driver { description: "the system's".into(), adapters, environment });
+        }
+    }
+
+    let folder = paths::target().join("driver");
+    let mut problems = Vec::new();
+    for source in SOURCES {
+        match source.get(&folder, fetch) {
+            Ok(copy) => {
+                environment.extend(copy.environment());
+                let adapters = probe::adapters(&environment)?;
+                if !adapters.is_empty() {
+                    let description = format!("{}, private copy in {}", source.name, copy.root().display());
+                    return Ok(Driver { description, adapters, environment });
+                }
+                problems.push(format!("{} does not load", copy.root().display()));
+                environment = quiet();
+            }
+            Err(error) => problems.push(format!("{}: {error:#}", source.name)),
+        }
+    }
+    let description = format!("no Vulkan driver ({}); {REMEDY}", problems.join("; "));
+    Ok(Driver { description, adapters: Vec::new(), environment })
+}
+
+/// Mesa's device-select layer prints errors about desktops that are not there.
+fn quiet() -> Environment {
+    vec![("NODEVICE_SELECT", "1".into())]
+}
+
+/// A software driver that can be fetched without rights.
+struct Source {
+    /// Name in messages, and of its folder.
+    name: &'static str,
+    /// Downloads and unpacks into an empty folder.
+    fetch: fn(&Path) -> Result<()>,
+}
+
+const SOURCES: [Source; 2] =
+    [Source { name: "lavapipe", fetch: apt::fetch }, Source { name: "swiftshader", fetch: npm::fetch }];
+
+impl Source {
+    /// The private copy, fetched unless it is there already.
+    fn get(&self, folder: &Path, refetch: bool) -> Result<PrivateCopy> {
+        let root = folder.join(self.name);
+        if !refetch && let Ok(copy) = PrivateCopy::open(&root) {
+            return Ok(copy);
+        }
+        if !cfg!(target_os = "linux") {
+            anyhow::bail!("can be fetched on Linux only");
+        }
+        eprintln!("fetching {} into {}", self.name, root.display());
+        PrivateCopy::create(&root, self.fetch)
+    }
+}
+
+/// Run a tool to its end.
+///
+/// # Errors
+/// If it is missing or fails; the message carries the last line it printed.
+fn run_tool(command: &mut Command) -> Result<String> {
+    let name = command.get_program().to_string_lossy().into_owned();
+    let output =
+        command.output().map_err(|e| anyhow::anyhow!("{name} cannot be started ({e})"))?;
+    if output.status.success() {
+        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
+    }
+    let stderr = String::from_utf8_lossy(&output.stderr);
+    let last = stderr.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("no message");
+    anyhow::bail!("{name} failed: {}", last.trim())
+}
+
+/// `variable` with `first` in front of what the environment has.
+fn prepended(variable: &str, first: &[std::path::PathBuf]) -> OsString {
+    let inherited = env::var_os(variable).unwrap_or_default();
+    let all = first.iter().cloned().chain(env::split_paths(&inherited).filter(|p| !p.as_os_str().is_empty()));
+    // Only a path with a colon in it cannot be joined, and no loader could be told about that one.
+    env::join_paths(all).unwrap_or(inherited)
+}

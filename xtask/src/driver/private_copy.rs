@@ -1,0 +1,133 @@
+//! A driver unpacked into a folder of ours, with its manifest made to point there.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use serde_json::Value;
+
+use super::{Environment, prepended};
+
+/// Our manifest, beside the unpacked packages: the loader resolves its library path from where it lies.
+const MANIFEST: &str = "driver_icd.json";
+
+/// Drivers we take; packages bring manifests of hardware drivers too.
+const SOFTWARE_MANIFESTS: [&str; 2] = ["lvp_icd", "vk_swiftshader_icd"];
+
+/// An unpacked driver with its loader.
+pub(super) struct PrivateCopy {
+    root: PathBuf,
+}
+
+impl PrivateCopy {
+    /// A copy made earlier.
+    ///
+    /// # Errors
+    /// If there is none.
+    pub(super) fn open(root: &Path) -> Result<Self> {
+        let manifest = root.join(MANIFEST);
+        anyhow::ensure!(manifest.is_file(), "{} is not there", manifest.display());
+        Ok(Self { root: root.to_owned() })
+    }
+
+    /// Fetch into a folder beside `root` and put that in place only when it is whole.
+    ///
+    /// # Errors
+    /// What `fetch` says; no manifest or library in what it fetched; an unwritable folder.
+    pub(super) fn create(root: &Path, fetch: fn(&Path) -> Result<()>) -> Result<Self> {
+        let parent = root.parent().context("a driver folder has a parent")?;
+        fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
+        let partial = root.with_extension(format!("partial-{}", std::process::id()));
+        let made = fs::create_dir(&partial)
+            .with_context(|| format!("cannot create {}", partial.display()))
+            .and_then(|()| fetch(&partial))
+            .and_then(|()| write_manifest(&partial))
+            .and_then(|()| {
+                if root.exists() {
+                    fs::remove_dir_all(root)?;
+                }
+                fs::rename(&partial, root).with_context(|| format!("cannot create {}", root.display()))
+            });
+        if made.is_err() {
+            // What could not be created cannot be removed either: the first error is the one to tell.
+            let _ = fs::remove_dir_all(&partial);
+        }
+        made.and_then(|()| Self::open(root))
+    }
+
+    /// The folder.
+    pub(super) fn root(&self) -> &Path {
+        &self.root
+    }
+
+    /// Variables that make the Vulkan loader this one and the driver the only one.
+    pub(super) fn environment(&self) -> Environment {
+        let manifest = self.root.join(MANIFEST).into_os_string();
+        vec![
+            // Loaders before 1.3.207 know only the second name.
+            ("VK_DRIVER_FILES", manifest.clone()),
+            ("VK_ICD_FILENAMES", manifest),
+            ("LD_LIBRARY_PATH", prepended("LD_LIBRARY_PATH", &library_folders(&self.root))),
+        ]
+    }
+}
+
+/// Write our manifest from the driver's own, with the library's path relative to `root`.
+fn write_manifest(root: &Path) -> Result<()> {
+    let files = files_under(root);
+    let named = |path: &&PathBuf, start: &str| {
+        path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(start))
+    };
+    let original = files
+        .iter()
+        .find(|path| {
+            path.extension().is_some_and(|e| e == "json") && SOFTWARE_MANIFESTS.iter().any(|s| named(path, s))
+        })
+        .context("the download holds no software driver's manifest")?;
+    let text = fs::read_to_string(original)?;
+    let mut manifest: Value =
+        serde_json::from_str(&text).with_context(|| format!("{} is not JSON", original.display()))?;
+    let library_name = manifest["ICD"]["library_path"]
+        .as_str()
+        .and_then(|path| Path::new(path).file_name())
+        .with_context(|| format!("{} names no library", original.display()))?
+        .to_owned();
+    let library = files
+        .iter()
+        .find(|path| path.file_name() == Some(&library_name))
+        .and_then(|path| path.strip_prefix(root).ok())
+        .with_context(|| format!("the download holds no {}", library_name.display()))?;
+    manifest["ICD"]["library_path"] = Value::from(Path::new(".").join(library).to_string_lossy());
+    fs::write(root.join(MANIFEST), serde_json::to_string_pretty(&manifest)?)?;
+    Ok(())
+}
+
+/// Folders of `root` that hold shared libraries: packages use `usr/lib`, `lib`, and one folder a platform in each.
+fn library_folders(root: &Path) -> Vec<PathBuf> {
+    let mut folders: Vec<_> = files_under(root)
+        .iter()
+        .filter(|path| {
+            let name = path.file_name().unwrap_or_default().to_string_lossy();
+            name.starts_with("lib") && name.contains(".so")
+        })
+        .filter_map(|path| path.parent())
+        .filter(|folder| folder.strip_prefix(root).is_ok_and(|f| f.components().count() <= 3))
+        .map(Path::to_path_buf)
+        .collect();
+    folders.sort();
+    folders.dedup();
+    folders
+}
+
+/// All files below a folder, symbolic links included; folders that cannot be read count as empty.
+fn files_under(folder: &Path) -> Vec<PathBuf> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        match entry.file_type() {
+            Ok(kind) if kind.is_dir() => files.extend(files_under(&entry.path())),
+            _ => files.push(entry.path()),
+        }
+    }
+    files.sort();
+    files
+}

@@ -1,0 +1,3 @@
+//! What the workspace's commands and its cross-crate tests share.
+
+pub mod metrics;
