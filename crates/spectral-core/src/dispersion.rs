@@ -380,3 +380,6 @@ pub fn ior_offset_gltf(lambda_nm: f64) -> f64 {
 fn inverse_square_um2(lambda_nm: f64) -> f64 {
     1e6 / (lambda_nm * lambda_nm)
 }
+
+#[cfg(test)]
+mod tests;

@@ -243,3 +243,230 @@ fn visible_line_nm<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D:
     let lambda_nm = f64::deserialize(deserializer)?;
     LightSpectrum::line(lambda_nm).map(|_| lambda_nm).map_err(D::Error::custom)
 }
+
+#[cfg(test)]
+mod tests {
+    extern crate std;
+    use super::*;
+    use proptest::prelude::*;
+    use std::string::ToString;
+
+    const FIVE_NM: f64 = 5.0;
+
+    fn grid(step_nm: f64) -> Vec<f64> {
+        (0..=(400.0 / step_nm) as u32).map(|i| 380.0 + step_nm * f64::from(i)).collect()
+    }
+
+    fn sum(weights: &[[f64; 3]]) -> [f64; 3] {
+        [0, 1, 2].map(|c| weights.iter().map(|w| w[c]).sum())
+    }
+
+    fn every_kind() -> [LightSpectrum; 7] {
+        [
+            LightSpectrum::default(),
+            LightSpectrum::d65_upsampled([1.0, 0.25, 0.0]),
+            LightSpectrum::illuminant("E").unwrap(),
+            LightSpectrum::illuminant("FL4").unwrap(),
+            LightSpectrum::cct(3200.0).unwrap(),
+            LightSpectrum::cct(9300.0).unwrap(),
+            LightSpectrum::line(546.1).unwrap(),
+        ]
+    }
+
+    #[test]
+    fn white_is_d65_exactly() {
+        for observer in Observer::ALL {
+            assert_eq!(LightSpectrum::default().unit_xyz(observer), D65_WHITE_XYZ);
+            for grey in [1.0, 0.3, 1e5] {
+                assert_eq!(LightSpectrum::d65_upsampled([grey; 3]).unit_xyz(observer), D65_WHITE_XYZ);
+            }
+            assert_eq!(LightSpectrum::Illuminant(Illuminant::D65).unit_xyz(observer), D65_WHITE_XYZ);
+        }
+    }
+
+    /// What the external references in shared/reference state for illuminant E over 380 to 780 nm.
+    #[test]
+    fn equal_energy_is_what_the_references_use() {
+        let [x, y, z] = LightSpectrum::illuminant("E").unwrap().unit_xyz(Observer::Cie1931);
+        assert_eq!(y, 1.0);
+        assert!((x - 0.99998).abs() < 6e-6 && (z - 0.99987).abs() < 6e-6, "{x} {z}");
+    }
+
+    /// White points of CIE 15:2004, table T.3, from chromaticities x, y to five digits.
+    #[test]
+    fn illuminants_have_their_published_chromaticities() {
+        for (name, x, y) in [
+            ("A", 0.44758, 0.40745),
+            ("D50", 0.34567, 0.35851),
+            ("FL2", 0.37208, 0.37529),
+            ("FL11", 0.38052, 0.37713),
+        ] {
+            let xyz = LightSpectrum::illuminant(name).unwrap().unit_xyz(Observer::Cie1931);
+            let total: f64 = xyz.iter().sum();
+            assert!((xyz[0] / total - x).abs() < 3e-5 && (xyz[1] / total - y).abs() < 3e-5, "{name} {xyz:?}");
+        }
+    }
+
+    /// The defined white is D65's sum at 5 nm; the integral between the entries is 2.5e-4 away at most.
+    #[test]
+    fn integrated_d65_is_the_defined_white() {
+        let xyz = per_luminance(LightSpectrum::default().integrate(Observer::Cie1931, VISIBLE_NM));
+        for c in 0..3 {
+            assert!((xyz[c] - D65_WHITE_XYZ[c]).abs() < 2.5e-4, "{xyz:?}");
+        }
+    }
+
+    #[test]
+    fn colored_light_has_its_color_whatever_its_scale() {
+        for scale in [1.0, 1e-6, 37.0] {
+            let light = LightSpectrum::d65_upsampled([0.9, 0.3, 0.1].map(|c| c * scale));
+            let xyz = light.unit_xyz(Observer::Cie1931);
+            let y = luminance([0.9, 0.3, 0.1]);
+            let expected = xyz_from_linear_srgb([0.9, 0.3, 0.1]).map(|v| v / y);
+            for c in 0..3 {
+                assert!((xyz[c] - expected[c]).abs() < 1e-12, "{xyz:?} {expected:?}");
+            }
+            assert_eq!(xyz[1], 1.0);
+        }
+    }
+
+    /// The scaling to the target colour must be a correction of rounding size, not a cover for a wrong spectrum.
+    #[test]
+    fn spectrum_of_a_colored_light_has_the_color_before_any_scaling() {
+        let light = LightSpectrum::d65_upsampled([0.2, 0.5, 1.0]);
+        let white = LightSpectrum::default();
+        let (raw, raw_white) =
+            (light.integrate(Observer::Cie1931, VISIBLE_NM), white.integrate(Observer::Cie1931, VISIBLE_NM));
+        let relative_to_white = [0, 1, 2].map(|c| raw[c] / raw_white[c] * D65_WHITE_XYZ[c]);
+        let expected = xyz_from_linear_srgb([0.2, 0.5, 1.0]);
+        for c in 0..3 {
+            assert!((relative_to_white[c] - expected[c]).abs() < 2e-5, "{relative_to_white:?} {expected:?}");
+        }
+    }
+
+    #[test]
+    fn grid_weights_add_up_to_the_light() {
+        for light in every_kind() {
+            for observer in Observer::ALL {
+                for step_nm in [1.0, FIVE_NM, 50.0, 400.0] {
+                    let weights = light.spectral_lux(observer, &grid(step_nm), step_nm);
+                    let (sum, unit) = (sum(&weights), light.unit_xyz(observer));
+                    for c in 0..3 {
+                        assert!(
+                            (sum[c] - unit[c]).abs() < 1e-12 * unit[c].max(1.0),
+                            "{light:?} {sum:?} {unit:?}"
+                        );
+                    }
+                    assert!(weights.iter().flatten().all(|w| *w >= 0.0));
+                }
+            }
+        }
+    }
+
+    /// Z has no response at 700 nm and beyond; its weight follows Y, then an even share where Y has gone too.
+    #[test]
+    fn a_channel_blind_to_the_grid_is_shared_out() {
+        let light = LightSpectrum::default();
+        let red = light.spectral_lux(Observer::Cie1931, &[700.0, 710.0, 720.0], 10.0);
+        for w in &red {
+            assert!((w[2] / D65_WHITE_XYZ[2] - w[1]).abs() < 1e-15, "{red:?}");
+        }
+        let dark = light.spectral_lux(Observer::Cie1931, &[200.0, 250.0], 10.0);
+        assert_eq!(dark, [D65_WHITE_XYZ.map(|v| v / 2.0); 2]);
+        assert!(light.spectral_lux(Observer::Cie1931, &[], 10.0).is_empty());
+        assert_eq!(light.spectral_lux(Observer::Cie1931, &[550.0], 10.0), [D65_WHITE_XYZ]);
+    }
+
+    #[test]
+    fn a_line_lands_on_one_wavelength_as_a_whole() {
+        let line = LightSpectrum::line(546.1).unwrap();
+        assert_eq!((line.line_nm(), line.relative_power(546.1)), (Some(546.1), 0.0));
+        let bar = Observer::Cie1931.xyz_bar(546.1);
+        assert_eq!(line.unit_xyz(Observer::Cie1931), [bar[0] / bar[1], 1.0, bar[2] / bar[1]]);
+        let weights = line.spectral_lux(Observer::Cie1931, &grid(FIVE_NM), FIVE_NM);
+        assert_eq!(weights[33], line.unit_xyz(Observer::Cie1931)); // 545 nm
+        assert!(weights.iter().enumerate().all(|(i, w)| i == 33 || *w == [0.0; 3]));
+    }
+
+    #[test]
+    fn ends_of_the_visible_range_are_lines_too() {
+        for nm in [380.0, 780.0] {
+            let xyz = LightSpectrum::line(nm).unwrap().unit_xyz(Observer::Cie1931);
+            assert!(xyz.iter().all(|v| v.is_finite() && *v >= 0.0) && xyz[1] == 1.0, "{nm} {xyz:?}");
+        }
+    }
+
+    #[test]
+    fn invalid_lights_are_refused_with_what_would_be_right() {
+        let message = |result: Result<LightSpectrum, LightError>| result.unwrap_err().to_string();
+        assert_eq!(
+            message(LightSpectrum::line(900.0)),
+            "the line is at 900 nm: it must be from 380 to 780 nm"
+        );
+        assert!(message(LightSpectrum::line(f64::NAN)).contains("380 to 780"));
+        assert!(message(LightSpectrum::illuminant("F4")).contains("FL1 to FL12"));
+        assert_eq!(
+            message(LightSpectrum::cct(30000.0)),
+            "daylight is defined from 4000 to 25000 K, got 30000 K"
+        );
+        assert!(message(LightSpectrum::cct(-1.0)).contains("got -1 K"));
+        assert!(LightSpectrum::cct(f64::NAN).is_err());
+    }
+
+    #[test]
+    fn color_temperatures_switch_from_planck_to_daylight_at_4000_k() {
+        assert_eq!(LightSpectrum::cct(3999.0), Ok(LightSpectrum::BlackBody { cct_k: 3999.0 }));
+        assert_eq!(LightSpectrum::cct(4000.0), Ok(LightSpectrum::Daylight { cct_k: 4000.0 }));
+        // Planckian locus at 3200 K, CIE 1931: x 0.4234, y 0.3990.
+        let xyz = LightSpectrum::cct(3200.0).unwrap().unit_xyz(Observer::Cie1931);
+        let total: f64 = xyz.iter().sum();
+        assert!((xyz[0] / total - 0.4234).abs() < 2e-4 && (xyz[1] / total - 0.3990).abs() < 2e-4, "{xyz:?}");
+    }
+
+    #[test]
+    fn colors_without_chromaticity_become_white() {
+        for color in [[0.0; 3], [f64::NAN; 3], [-1.0, -2.0, 0.0], [f64::INFINITY, 1.0, 1.0]] {
+            assert_eq!(LightSpectrum::d65_upsampled(color), LightSpectrum::default());
+        }
+    }
+
+    #[test]
+    fn a_spectrum_put_together_by_hand_never_gives_nan() {
+        let dark = LightSpectrum::BlackBody { cct_k: -5.0 };
+        assert_eq!(dark.unit_xyz(Observer::Cie1931), D65_WHITE_XYZ);
+        let invisible = LightSpectrum::Line { lambda_nm: f64::NAN };
+        assert_eq!(invisible.unit_xyz(Observer::Cie1931), D65_WHITE_XYZ);
+        assert!(
+            invisible
+                .spectral_lux(Observer::Cie1931, &[500.0, 600.0], 1.0)
+                .iter()
+                .flatten()
+                .all(|w| w.is_finite())
+        );
+    }
+
+    #[test]
+    fn json_round_trips_and_is_checked() {
+        for light in every_kind() {
+            let json = serde_json::to_string(&light).unwrap();
+            assert_eq!(serde_json::from_str::<LightSpectrum>(&json).unwrap(), light, "{json}");
+        }
+        for (json, complaint) in [
+            (r#"{"line":{"lambda_nm":900}}"#, "900 nm"),
+            (r#"{"black-body":{"cct_k":-3}}"#, "-3 K"),
+            (r#"{"daylight":{"cct_k":3000}}"#, "4000 to 25000 K"),
+        ] {
+            let error = serde_json::from_str::<LightSpectrum>(json).unwrap_err().to_string();
+            assert!(error.contains(complaint), "{error}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn any_color_lights_up_without_nan(color in prop::array::uniform3(prop::num::f64::ANY)) {
+            let light = LightSpectrum::d65_upsampled(color);
+            let weights = light.spectral_lux(Observer::Cie1931, &grid(50.0), 50.0);
+            prop_assert!(weights.iter().flatten().all(|w| w.is_finite() && *w >= 0.0), "{:?} {:?}", light, weights);
+        }
+    }
+}

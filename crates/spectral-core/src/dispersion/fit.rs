@@ -117,3 +117,79 @@ impl Dispersion {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::tests::bk7;
+    use super::*;
+
+    #[test]
+    fn three_cauchy_terms_fit_a_glass_better_than_two_and_both_say_how_well() {
+        let two = bk7().fit_cauchy(CauchyTerms::Two).unwrap();
+        let three = bk7().fit_cauchy(CauchyTerms::Three).unwrap();
+        // N-BK7's infrared term grows with lambda^2, which no Cauchy term can follow.
+        assert!(three.rms_residual < 0.75 * two.rms_residual, "{two:?} {three:?}");
+        assert!(two.max_residual < 2.5e-4 && three.max_residual < 1.6e-4, "{two:?} {three:?}");
+        for fit in [two, three] {
+            assert!(fit.rms_residual < fit.max_residual);
+            let there = (fit.dispersion.ior(fit.max_residual_nm) - bk7().ior(fit.max_residual_nm)).abs();
+            assert_eq!(there, fit.max_residual);
+        }
+    }
+
+    #[test]
+    fn a_third_term_takes_up_the_curvature_of_an_ultraviolet_resonance() {
+        let acrylic = Dispersion::sellmeier([[1.1819, 0.011_313]]).unwrap();
+        let two = acrylic.fit_cauchy(CauchyTerms::Two).unwrap();
+        let three = acrylic.fit_cauchy(CauchyTerms::Three).unwrap();
+        assert!(three.rms_residual < 0.05 * two.rms_residual, "{two:?} {three:?}");
+    }
+
+    #[test]
+    fn least_squares_is_least() {
+        for terms in [CauchyTerms::Two, CauchyTerms::Three] {
+            let fit = bk7().fit_cauchy(terms).unwrap();
+            let Dispersion::Cauchy { a, b_um2, c_um4 } = fit.dispersion else { panic!("{fit:?}") };
+            let rms = |a: f64, b_um2: f64, c_um4: f64| {
+                bk7().residual_of(Dispersion::Cauchy { a, b_um2, c_um4 }).unwrap().rms_residual
+            };
+            for sign in [-1.0, 1.0] {
+                assert!(rms(a + sign * 1e-6, b_um2, c_um4) > fit.rms_residual);
+                assert!(rms(a, b_um2 + sign * 1e-6, c_um4) > fit.rms_residual);
+                if terms == CauchyTerms::Three {
+                    assert!(rms(a, b_um2, c_um4 + sign * 1e-6) > fit.rms_residual);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn fits_return_their_own_kind() {
+        let cauchy = Dispersion::cauchy(&[1.58, 0.008, 2e-4]).unwrap();
+        let fit = cauchy.fit_cauchy(CauchyTerms::Three).unwrap();
+        assert!(fit.max_residual < 1e-14, "{fit:?}");
+        let sellmeier = Dispersion::sellmeier([[1.1819, 0.011_313]]).unwrap();
+        let fit = sellmeier.fit_sellmeier().unwrap();
+        assert!(fit.max_residual < 1e-14, "{fit:?}");
+        let khr = Dispersion::from_khr(1.7, 0.9).unwrap();
+        assert!(khr.fit_khr().unwrap().max_residual < 1e-14);
+        let constant = Dispersion::constant(1.5).unwrap();
+        for fit in [constant.fit_cauchy(CauchyTerms::Three), constant.fit_sellmeier(), constant.fit_khr()] {
+            assert!(fit.unwrap().max_residual < 1e-14);
+        }
+    }
+
+    #[test]
+    fn one_sellmeier_term_follows_a_cauchy_glass() {
+        let fit = Dispersion::cauchy(&[1.5046, 0.0042]).unwrap().fit_sellmeier().unwrap();
+        assert!(fit.max_residual < 1e-3 && fit.rms_residual < 4e-4, "{fit:?}");
+    }
+
+    #[test]
+    fn what_gltf_can_say_of_a_glass_keeps_n_d_and_v_d() {
+        let fit = bk7().fit_khr().unwrap();
+        assert!((fit.dispersion.n_d() - bk7().n_d()).abs() < 1e-15 * 4.0);
+        assert!((fit.dispersion.abbe_v_d() / bk7().abbe_v_d() - 1.0).abs() < 1e-12);
+        assert!(fit.max_residual > 1e-4 && fit.max_residual < 3e-3, "{fit:?}");
+    }
+}
