@@ -76,7 +76,12 @@ pub trait Executor {
     ///
     /// # Errors
     /// If nothing is prepared, the id is unknown or the range is outside the buffer.
-    fn write_buffer(&mut self, buffer: ResourceId, offset_bytes: u64, bytes: &[u8]) -> Result<(), ExecuteError>;
+    fn write_buffer(
+        &mut self,
+        buffer: ResourceId,
+        offset_bytes: u64,
+        bytes: &[u8],
+    ) -> Result<(), ExecuteError>;
 
     /// Run one frame: no allocation, no compilation, no read-back.
     ///

@@ -3,12 +3,16 @@
 //! A [`Plan`] is built once when a scene's structure changes; a frame only updates parameters. It
 //! names its passes; a [`PassSet`] says what each name means: a WGSL module for GPU executors and a
 //! plain Rust function, the CPU mirror, for [`cpu::CpuExecutor`]. This crate knows no scene and no method.
+//!
+//! Features: `reflect` adds the module of that name, which compares passes with their WGSL through naga; for tests.
 
 pub mod cpu;
 mod executor;
 pub mod memory;
 mod pass;
 mod plan;
+#[cfg(feature = "reflect")]
+pub mod reflect;
 mod resource;
 mod validate;
 

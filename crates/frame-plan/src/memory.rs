@@ -10,7 +10,8 @@ const FALLBACK_BYTES: u64 = 4 << 30;
 #[must_use]
 pub fn usable_bytes() -> u64 {
     let machine = fs::read_to_string("/proc/meminfo").ok().and_then(|text| total_bytes(&text));
-    let group = fs::read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|text| text.trim().parse().ok());
+    let group =
+        fs::read_to_string("/sys/fs/cgroup/memory.max").ok().and_then(|text| text.trim().parse().ok());
     machine.into_iter().chain(group).min().map_or(FALLBACK_BYTES, |bytes: u64| bytes / 2)
 }
 

@@ -287,7 +287,7 @@ impl Plan {
             return Err(ExecuteError::Usage(format!("{:?} is not a buffer", resource.name)));
         };
         let len = bytes.len() as u64;
-        if offset_bytes % 4 != 0 || len % 4 != 0 {
+        if !offset_bytes.is_multiple_of(4) || !len.is_multiple_of(4) {
             return Err(ExecuteError::Usage(format!(
                 "writing {len} bytes at {offset_bytes} of {:?}: both must be multiples of 4",
                 resource.name

@@ -107,7 +107,12 @@ fn bands<'a>(surface: &'a mut Surface<'_>) -> Vec<Band<'a>> {
     let rows = height.div_ceil(rayon::current_num_threads() * 8).max(BAND_ROWS);
     let mut bands: Vec<Band<'a>> = (0..height)
         .step_by(rows)
-        .map(|first_row| Band { first_row, rows: rows.min(height - first_row), color: Vec::new(), depth: None })
+        .map(|first_row| Band {
+            first_row,
+            rows: rows.min(height - first_row),
+            color: Vec::new(),
+            depth: None,
+        })
         .collect();
     for target in &mut surface.color {
         let row_bytes = width * target.format.bytes_per_texel() as usize;

@@ -37,16 +37,13 @@ impl Frame<'_> {
                 self.dispatch(pass, groups, iteration);
             }
             Step::Draw { pass, targets, vertices, instances } => {
-                let ranges = Ranges {
-                    vertices: *vertices,
-                    instances: *instances,
-                    first_vertex: 0,
-                    first_instance: 0,
-                };
+                let ranges =
+                    Ranges { vertices: *vertices, instances: *instances, first_vertex: 0, first_instance: 0 };
                 self.draw(pass, targets, ranges, iteration);
             }
             Step::DrawIndirect { pass, targets, arguments, offset_bytes } => {
-                let [vertices, instances, first_vertex, first_instance] = self.words(*arguments, *offset_bytes);
+                let [vertices, instances, first_vertex, first_instance] =
+                    self.words(*arguments, *offset_bytes);
                 self.draw(
                     pass,
                     targets,
@@ -55,13 +52,7 @@ impl Frame<'_> {
                 );
             }
             Step::ClearBuffer { buffer } => self.storage[buffer.0 as usize].clear(),
-            Step::CopyBuffer {
-                source,
-                source_offset_bytes,
-                target,
-                target_offset_bytes,
-                size_bytes,
-            } => {
+            Step::CopyBuffer { source, source_offset_bytes, target, target_offset_bytes, size_bytes } => {
                 let (source, target) = self.pair(*source, *target);
                 let (from, to) = (*source_offset_bytes as usize, *target_offset_bytes as usize);
                 target.copy_from(to, source, from, *size_bytes as usize);

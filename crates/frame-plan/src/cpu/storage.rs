@@ -120,7 +120,9 @@ impl Storage {
     pub(super) fn to_bytes(&self) -> Vec<u8> {
         match self {
             Self::Buffer(memory) => memory.bytes().to_vec(),
-            Self::Atomic(words) => words.iter().flat_map(|w| w.load(Ordering::Relaxed).to_le_bytes()).collect(),
+            Self::Atomic(words) => {
+                words.iter().flat_map(|w| w.load(Ordering::Relaxed).to_le_bytes()).collect()
+            }
             Self::Texture(texture) => texture.images[0].texels.bytes().to_vec(),
             Self::Sampler => Vec::new(),
         }

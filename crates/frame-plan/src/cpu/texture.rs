@@ -99,11 +99,7 @@ impl<'a> TextureView<'a> {
         let mix = |a: [f32; 4], b: [f32; 4], t: f32| -> [f32; 4] {
             std::array::from_fn(|i| a[i] * (1.0 - t) + b[i] * t)
         };
-        mix(
-            mix(self.load(x0, y0), self.load(x1, y0), fx),
-            mix(self.load(x0, y1), self.load(x1, y1), fx),
-            fy,
-        )
+        mix(mix(self.load(x0, y0), self.load(x1, y0), fx), mix(self.load(x0, y1), self.load(x1, y1), fx), fy)
     }
 }
 
