@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 /// Cargo states this package's folder when it runs the program; a program started by hand falls back to
 /// where it was built.
 pub(crate) fn workspace_root() -> PathBuf {
-    let package = env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from);
+    let package =
+        env::var_os("CARGO_MANIFEST_DIR").map_or_else(|| env!("CARGO_MANIFEST_DIR").into(), PathBuf::from);
     package.parent().map_or_else(|| package.clone(), Path::to_path_buf)
 }
 

@@ -143,8 +143,7 @@ impl Source {
 /// If it is missing or fails; the message carries the last line it printed.
 fn run_tool(command: &mut Command) -> Result<String> {
     let name = command.get_program().to_string_lossy().into_owned();
-    let output =
-        command.output().map_err(|e| anyhow::anyhow!("{name} cannot be started ({e})"))?;
+    let output = command.output().map_err(|e| anyhow::anyhow!("{name} cannot be started ({e})"))?;
     if output.status.success() {
         return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
     }

@@ -25,5 +25,4 @@ pub(super) fn adapters(environment: &Environment) -> Result<Vec<String>> {
 }
 
 /// The child's side: one line an adapter.
-pub(super) fn print_adapters() {
-}
+pub(super) fn print_adapters() {}
