@@ -22,18 +22,19 @@ pub struct Scene {
     pub cameras: Vec<Camera>,
 }
 
-/// An indexed triangle mesh. Counter-clockwise triangles face outwards.
+/// An indexed triangle mesh in its own space. [`Scene::world_mesh`] moves it into the world.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Mesh {
     /// The mesh's own name.
     pub name: String,
     /// Vertex positions, metres before the object's transform.
     pub positions: Vec<[f32; 3]>,
-    /// Unit vertex normals, one per position; empty means flat facets.
+    /// Unit vertex normals, one per position, in mesh space; empty means flat facets.
     pub normals: Vec<[f32; 3]>,
     /// Texture coordinates, one per position; empty means the mesh cannot be baked onto.
     pub uvs: Vec<[f32; 2]>,
-    /// Triangles as triples of indices into `positions`.
+    /// Triangles as triples of indices into `positions`, counter-clockwise seen from outside **in the world**:
+    /// the mesh of an object whose transform mirrors is stored with its triangles the other way round.
     pub triangles: Vec<[u32; 3]>,
 }
 
@@ -46,7 +47,8 @@ pub struct Object {
     pub mesh: usize,
     /// Index into [`Scene::materials`].
     pub material: usize,
-    /// Affine transform from mesh space to world space.
+    /// Affine, invertible transform from mesh space to world space. Whoever uses it also moves the normals, by
+    /// its inverse transpose; [`Scene::world_mesh`] does both.
     pub world_from_mesh: DMat4,
 }
 

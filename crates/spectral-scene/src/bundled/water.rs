@@ -1,0 +1,35 @@
+//! Waves over a floor: an open surface, one interface, light lands inside the water.
+
+use glam::{DMat4, DVec3};
+use spectral_core::light::LightSpectrum;
+
+use super::catalogue;
+use super::stage::{Stage, clear, tinted};
+use super::surfaces::height_field;
+use crate::Scene;
+
+const DEPTH_M: f64 = 0.4;
+/// Waves: wave vector along x and z (rad/m), height (m), phase.
+const WAVES: [([f64; 2], f64, f64); 4] = [
+    ([18.0, 9.0], 0.0030, 0.0),
+    ([-11.0, 24.0], 0.0022, 1.0),
+    ([31.0, -14.0], 0.0012, 2.3),
+    ([6.0, 41.0], 0.0008, 4.1),
+];
+
+pub(super) fn scene() -> Scene {
+    let mut stage = Stage::new("water");
+    stage.floor(0.0, 0.0, 0.4);
+    // Wider than the floor, so that no light passes beside it, however it slants.
+    let surface = height_field("water", 0.8, 128, |x, z| {
+        WAVES.iter().fold((DEPTH_M, [0.0; 2]), |(y, slope), &([kx, kz], height, phase)| {
+            let (sin, cos) = (kx * x + kz * z + phase).sin_cos();
+            (y + height * sin, [slope[0] + height * kx * cos, slope[1] + height * kz * cos])
+        })
+    });
+    let water = tinted(clear("water", catalogue("water"), DEPTH_M), [0.75, 0.96, 0.98], 2.0);
+    stage.place(surface, water, DMat4::IDENTITY);
+    stage.sun(DVec3::new(0.4, -1.0, 0.25), 1000.0, LightSpectrum::default());
+    stage.camera(DVec3::new(0.2, 1.1, 1.0), DVec3::new(0.0, 0.1, 0.0));
+    stage.0
+}
