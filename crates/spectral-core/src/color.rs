@@ -125,3 +125,145 @@ pub fn delta_e_2000(lab_1: [f64; 3], lab_2: [f64; 3]) -> f64 {
     // The quadratic form is positive definite except for rounding.
     Float::sqrt((l * l + c * c + h * h + rt * c * h).max(0.0))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::rgb::D65_WHITE_XYZ;
+    use proptest::prelude::*;
+
+    /// Table 1 of Sharma, Wu & Dalal 2005: L*, a*, b* of both colours and their CIEDE2000 difference. The pairs were
+    /// chosen to sit on every branch and discontinuity of the formula.
+    #[rustfmt::skip]
+    const SHARMA_2005: [[f64; 7]; 34] = [
+        [50.0000, 2.6772, -79.7751, 50.0000, 0.0000, -82.7485, 2.0425],
+        [50.0000, 3.1571, -77.2803, 50.0000, 0.0000, -82.7485, 2.8615],
+        [50.0000, 2.8361, -74.0200, 50.0000, 0.0000, -82.7485, 3.4412],
+        [50.0000, -1.3802, -84.2814, 50.0000, 0.0000, -82.7485, 1.0000],
+        [50.0000, -1.1848, -84.8006, 50.0000, 0.0000, -82.7485, 1.0000],
+        [50.0000, -0.9009, -85.5211, 50.0000, 0.0000, -82.7485, 1.0000],
+        [50.0000, 0.0000, 0.0000, 50.0000, -1.0000, 2.0000, 2.3669],
+        [50.0000, -1.0000, 2.0000, 50.0000, 0.0000, 0.0000, 2.3669],
+        [50.0000, 2.4900, -0.0010, 50.0000, -2.4900, 0.0009, 7.1792],
+        [50.0000, 2.4900, -0.0010, 50.0000, -2.4900, 0.0010, 7.1792],
+        [50.0000, 2.4900, -0.0010, 50.0000, -2.4900, 0.0011, 7.2195],
+        [50.0000, 2.4900, -0.0010, 50.0000, -2.4900, 0.0012, 7.2195],
+        [50.0000, -0.0010, 2.4900, 50.0000, 0.0009, -2.4900, 4.8045],
+        [50.0000, -0.0010, 2.4900, 50.0000, 0.0010, -2.4900, 4.8045],
+        [50.0000, -0.0010, 2.4900, 50.0000, 0.0011, -2.4900, 4.7461],
+        [50.0000, 2.5000, 0.0000, 50.0000, 0.0000, -2.5000, 4.3065],
+        [50.0000, 2.5000, 0.0000, 73.0000, 25.0000, -18.0000, 27.1492],
+        [50.0000, 2.5000, 0.0000, 61.0000, -5.0000, 29.0000, 22.8977],
+        [50.0000, 2.5000, 0.0000, 56.0000, -27.0000, -3.0000, 31.9030],
+        [50.0000, 2.5000, 0.0000, 58.0000, 24.0000, 15.0000, 19.4535],
+        [50.0000, 2.5000, 0.0000, 50.0000, 3.1736, 0.5854, 1.0000],
+        [50.0000, 2.5000, 0.0000, 50.0000, 3.2972, 0.0000, 1.0000],
+        [50.0000, 2.5000, 0.0000, 50.0000, 1.8634, 0.5757, 1.0000],
+        [50.0000, 2.5000, 0.0000, 50.0000, 3.2592, 0.3350, 1.0000],
+        [60.2574, -34.0099, 36.2677, 60.4626, -34.1751, 39.4387, 1.2644],
+        [63.0109, -31.0961, -5.8663, 62.8187, -29.7946, -4.0864, 1.2630],
+        [61.2901, 3.7196, -5.3901, 61.4292, 2.2480, -4.9620, 1.8731],
+        [35.0831, -44.1164, 3.7933, 35.0232, -40.0716, 1.5901, 1.8645],
+        [22.7233, 20.0904, -46.6940, 23.0331, 14.9730, -42.5619, 2.0373],
+        [36.4612, 47.8580, 18.3852, 36.2715, 50.5065, 21.2231, 1.4146],
+        [90.8027, -2.0831, 1.4410, 91.1528, -1.6435, 0.0447, 1.4441],
+        [90.9257, -0.5406, -0.9208, 88.6381, -0.8985, -0.7239, 1.5381],
+        [6.7747, -0.2908, -2.4247, 5.8714, -0.0985, -2.2286, 0.6377],
+        [2.0776, 0.0795, -1.1350, 0.9033, -0.0636, -0.5514, 0.9082],
+    ];
+
+    #[test]
+    fn ciede2000_matches_the_published_pairs() {
+        for (i, [l1, a1, b1, l2, a2, b2, expected]) in SHARMA_2005.into_iter().enumerate() {
+            let (first, second) = ([l1, a1, b1], [l2, a2, b2]);
+            for got in [delta_e_2000(first, second), delta_e_2000(second, first)] {
+                assert!((got - expected).abs() < 5.1e-5, "pair {}: {got} {expected}", i + 1);
+            }
+        }
+    }
+
+    #[test]
+    fn ciede2000_takes_negative_zero_for_grey() {
+        let color = [50.0, 10.0, -20.0];
+        assert_eq!(delta_e_2000([50.0, -0.0, 0.0], color), delta_e_2000([50.0, 0.0, 0.0], color));
+        assert_eq!(delta_e_2000(color, [50.0, -0.0, -0.0]), delta_e_2000(color, [50.0, 0.0, 0.0]));
+    }
+
+    #[test]
+    fn cie94_is_its_formula() {
+        // By hand: C1 = 5, C2 = 10, dC = -5, da = -3, db = -4, dH = 0; SC = 1.225.
+        let got = delta_e_94([50.0, 3.0, 4.0], [48.0, 6.0, 8.0]);
+        assert!((got - (4.0 + (5.0 / 1.225_f64).powi(2)).sqrt()).abs() < 1e-12, "{got}");
+        // A pure hue difference: C1 = C2 = 5, dH^2 = 2 * 25; SH = 1.075.
+        let got = delta_e_94([50.0, 5.0, 0.0], [50.0, 0.0, 5.0]);
+        assert!((got - 50.0_f64.sqrt() / 1.075).abs() < 1e-12, "{got}");
+        // Weighted by the standard's chroma, hence not symmetric.
+        assert!(
+            delta_e_94([50.0, 3.0, 4.0], [50.0, 6.0, 8.0]) > delta_e_94([50.0, 6.0, 8.0], [50.0, 3.0, 4.0])
+        );
+    }
+
+    #[test]
+    fn lab_has_its_fixed_points() {
+        assert_eq!(lab_from_xyz(D65_WHITE_XYZ, D65_WHITE_XYZ), [100.0, 0.0, 0.0]);
+        assert_eq!(lab_from_xyz([0.0; 3], D65_WHITE_XYZ), [0.0, 0.0, 0.0]);
+        // Y = 18.418651851244416 % is L* = 50 by definition.
+        let grey = D65_WHITE_XYZ.map(|v| v * 0.184_186_518_512_444_16);
+        let lab = lab_from_xyz(grey, D65_WHITE_XYZ);
+        assert!((lab[0] - 50.0).abs() < 1e-13 && lab[1].abs() < 1e-13 && lab[2].abs() < 1e-13, "{lab:?}");
+    }
+
+    /// Lindbloom's Bradford matrix from D50 (0.96422, 1, 0.82521) to D65, seven digits.
+    #[test]
+    fn bradford_matches_the_published_matrix() {
+        let published = [
+            [0.955_576_6, -0.023_039_3, 0.063_163_6],
+            [-0.028_289_5, 1.009_941_6, 0.021_007_7],
+            [0.012_298_2, -0.020_483_0, 1.329_909_8],
+        ];
+        let matrix = bradford([0.96422, 1.0, 0.82521], D65_WHITE_XYZ);
+        for i in 0..3 {
+            for j in 0..3 {
+                assert!((matrix[i][j] - published[i][j]).abs() < 6e-8, "{i} {j}: {}", matrix[i][j]);
+            }
+        }
+    }
+
+    #[test]
+    fn bradford_carries_white_to_white_and_nothing_to_itself() {
+        let a = [1.09850, 1.0, 0.35585];
+        let adapted = mat3::apply(&bradford(a, D65_WHITE_XYZ), a);
+        for c in 0..3 {
+            assert!((adapted[c] - D65_WHITE_XYZ[c]).abs() < 1e-14, "{adapted:?}");
+        }
+        assert_eq!(bradford(a, a), mat3::IDENTITY);
+    }
+
+    fn any_lab() -> impl Strategy<Value = [f64; 3]> {
+        (0.0..100.0, -128.0..128.0, -128.0..128.0).prop_map(|(l, a, b)| [l, a, b])
+    }
+
+    proptest! {
+        #[test]
+        fn lab_round_trips(x in -0.1..2.0, y in -0.1..2.0, z in -0.1..2.0) {
+            let back = xyz_from_lab(lab_from_xyz([x, y, z], D65_WHITE_XYZ), D65_WHITE_XYZ);
+            for (back, v) in back.into_iter().zip([x, y, z]) {
+                prop_assert!((back - v).abs() < 1e-13, "{} {}", back, v);
+            }
+        }
+
+        #[test]
+        fn differences_are_finite_and_zero_only_for_equals(a in any_lab(), b in any_lab()) {
+            for difference in [delta_e_94, delta_e_2000] {
+                prop_assert_eq!(difference(a, a), 0.0);
+                let d = difference(a, b);
+                prop_assert!(d.is_finite() && d > 0.0, "{:?} {:?}: {}", a, b, d);
+            }
+        }
+
+        #[test]
+        fn ciede2000_is_symmetric(a in any_lab(), b in any_lab()) {
+            prop_assert!((delta_e_2000(a, b) - delta_e_2000(b, a)).abs() < 1e-10);
+        }
+    }
+}

@@ -6,6 +6,8 @@ extern crate alloc;
 pub mod color;
 mod csv_table;
 pub mod dispersion;
+pub mod display;
+pub mod glass;
 pub mod illuminant;
 pub mod light;
 pub mod mat3;
