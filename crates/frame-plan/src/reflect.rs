@@ -1,6 +1,6 @@
 //! Comparing passes with their WGSL through naga (feature `reflect`, for tests).
 //!
-//! ```ignore
+//! ```text
 //! reflect::check_pass(&PHOTON_TRACE)?;
 //! reflect::check_layout(&PHOTON_TRACE, &layout!(PhotonTraceParams as "PhotonTrace" { extent_m, map_size }))?;
 //! ```
