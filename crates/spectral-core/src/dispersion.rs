@@ -160,8 +160,7 @@ impl Dispersion {
     /// If the Abbe number is not above 0, and as [`Dispersion::validate`]: an Abbe number below about 0.66 takes n
     /// below 1 at the red end.
     pub fn from_abbe(convention: OffsetConvention, n: f64, abbe: f64) -> Result<Self, DispersionError> {
-        // Not `abbe <= 0.0`: NaN must be refused too.
-        if !(abbe > 0.0) {
+        if abbe.is_nan() || abbe <= 0.0 {
             return Err(DispersionError::AbbeNumber { got: abbe });
         }
         Self::from_reciprocal_abbe(convention, n, 1.0 / abbe)
@@ -276,8 +275,8 @@ impl Dispersion {
         }
         for lambda_nm in visible_nm().chain(extremum_nm.filter(|nm| in_range(*nm))) {
             let n = self.ior(lambda_nm);
-            // Not `n < 1.0`: the root of a negative number must be refused too.
-            if !(n >= 1.0) {
+            // NaN is the root of a negative number.
+            if n.is_nan() || n < 1.0 {
                 return Err(DispersionError::BelowOne { n, lambda_nm });
             }
             if n.is_infinite() {

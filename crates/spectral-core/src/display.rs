@@ -74,8 +74,7 @@ impl Display {
 /// into 0..1: in the chromaticity diagram it moves straight towards white. So hue direction and luminance stay,
 /// neutral and displayable colours are not touched, and the map is continuous.
 pub fn gamut_mapped_srgb_from_xyz(xyz: [f64; 3]) -> [f64; 3] {
-    // Not `xyz[1] <= 0.0`: NaN must be black too.
-    if !(xyz[1] > 0.0) {
+    if xyz[1].is_nan() || xyz[1] <= 0.0 {
         return [0.0; 3];
     }
     let grey = xyz[1].min(1.0);
@@ -96,7 +95,7 @@ pub fn gamut_mapped_srgb_from_xyz(xyz: [f64; 3]) -> [f64; 3] {
             share = room / c;
         }
     }
-    chromatic.map(|c| (grey + share * c).max(0.0).min(1.0))
+    chromatic.map(|c| (grey + share * c).clamp(0.0, 1.0))
 }
 
 /// sRGB-encoded component of a linear one (IEC 61966-2-1), odd about zero so that it is defined everywhere.

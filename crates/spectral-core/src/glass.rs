@@ -174,7 +174,7 @@ pub fn find(name: &str) -> Result<&'static Glass, UnknownGlass> {
     let same = |listed: &&str| significant(listed).eq(significant(name));
     MEDIA
         .iter()
-        .find(|glass| same(&glass.name) || glass.aliases.iter().any(|alias| same(alias)))
+        .find(|glass| same(&glass.name) || glass.aliases.iter().any(same))
         .ok_or_else(|| UnknownGlass { name: name.into() })
 }
 

@@ -12,5 +12,6 @@ pub mod illuminant;
 pub mod light;
 pub mod mat3;
 pub mod observer;
+pub mod optics;
 pub mod rgb;
 pub mod upsample;

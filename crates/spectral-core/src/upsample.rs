@@ -52,8 +52,7 @@ impl SmoothSpectrum {
     ///
     /// White gives exactly 1, black exactly 0 and any grey exactly itself, at every wavelength.
     pub fn reflectance(linear_srgb: [f64; 3]) -> Self {
-        // f64::max turns NaN into 0.
-        let target = linear_srgb.map(|c| c.max(0.0).min(1.0));
+        let target = linear_srgb.map(|c| if c.is_nan() { 0.0 } else { c.clamp(0.0, 1.0) });
         let [r, g, b] = target;
         if r == g && g == b {
             return Self(Shape::Constant(r));

@@ -201,10 +201,8 @@ proptest! {
             Dispersion::sellmeier([[a, b], [b, c]]),
             Dispersion::from_khr(a, b),
             Dispersion::from_abbe(OffsetConvention::Specgen, a, b),
-        ] {
-            if let Ok(medium) = medium {
-                prop_assert!(medium.n_d() >= 1.0 && medium.khr_dispersion() >= 0.0, "{:?}", medium);
-            }
+        ].into_iter().flatten() {
+            prop_assert!(medium.n_d() >= 1.0 && medium.khr_dispersion() >= 0.0, "{:?}", medium);
         }
     }
 }
