@@ -1,0 +1,147 @@
+//! Plans that bake irradiance onto a receiver's UV square.
+
+use frame_plan::{
+    Bound, ExecuteError, Executor, Limits, PassStep, Plan, ResourceId, Step, Targets, TextureFormat,
+};
+use glam::{UVec2, Vec4};
+use serde::{Deserialize, Serialize};
+use spectral_scene::{IrradianceMaps, Scene};
+
+use crate::caustics::{Caustics, Purpose, Receivers};
+use crate::passes::receiver_bake::ReceiverBake;
+use crate::passes::uv_visibility::UvVisibility;
+use crate::resources::cleared;
+use crate::statistics::{Books, Statistics};
+use crate::{PlanError, Settings};
+
+/// A plan whose frame is a bake, and what is needed to read it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BakePlan {
+    /// What an executor runs.
+    pub plan: Plan,
+    /// Texels in u and v.
+    pub size: [u32; 2],
+    irradiance: ResourceId,
+    books: Books,
+}
+
+/// Smallest size of the map where the settings leave it open.
+const DEFAULT_MAP_SIZE: u32 = 512;
+
+/// A plan that bakes onto `receiver`, an index into [`Scene::objects`], `size` texels in u and v.
+///
+/// Subsamples count where a triangle covers them in UV space; texels that no sample covers stay 0.
+///
+/// # Errors
+/// [`PlanError`], before anything is allocated on a device.
+pub fn bake_plan(
+    scene: &Scene,
+    receiver: usize,
+    size: [u32; 2],
+    settings: &Settings,
+    limits: &Limits,
+) -> Result<BakePlan, PlanError> {
+    scene.validate()?;
+    settings.check()?;
+    let receiver_name = check_receiver(scene, receiver)?;
+    if size.contains(&0) {
+        return Err(PlanError::Setting {
+            setting: "size",
+            got: format!("{}x{}", size[0], size[1]),
+            expected: "at least 1x1".into(),
+        });
+    }
+    let purpose = Purpose {
+        name: format!("bake `{receiver_name}` of {}", scene.name),
+        receivers: Receivers::Object(receiver),
+        map_size: settings.map_size.unwrap_or(DEFAULT_MAP_SIZE.max(size[0]).max(size[1])),
+        camera: None,
+        shadows: spectral_scene::Effects::required_by(scene).shadows.on,
+    };
+    let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
+    let texels = u64::from(size[0]) * u64::from(size[1]);
+    let sampled = size.map(|s| s.saturating_mul(settings.samples));
+    let uv_visible =
+        caustics.resources.texture("uv", TextureFormat::R32Uint, sampled, 1, "the bake's size or samples")?;
+    let corner_uvs = caustics.resources.filled("corner uvs", &caustics.geometry.corner_uvs)?;
+    let irradiance = caustics.resources.buffer("irradiance", 32 * texels, "the bake's size")?;
+    caustics.resources.make_readable(irradiance);
+    let groups = caustics.resources.groups(size, 1, "the bake's size")?;
+
+    let triangles = caustics.geometry.objects[receiver].clone();
+    caustics.begin();
+    caustics.resources.plan.steps.push(Step::ClearBuffer { buffer: irradiance });
+    let params = UvVisibility { first_triangle: triangles.start, reserved0: 0, reserved1: 0, reserved2: 0 };
+    let params = caustics.resources.plan.add_params("uv_visibility", &params);
+    if caustics.lights() > 0 {
+        caustics.resources.plan.steps.push(Step::Draw {
+            pass: PassStep {
+                pass: "uv_visibility".into(),
+                label: receiver_name,
+                params: Some(params),
+                bindings: vec![corner_uvs.into()],
+            },
+            targets: Targets { color: vec![cleared(uv_visible, 0)], depth: None },
+            vertices: 3 * triangles.len() as u32,
+            instances: 1,
+        });
+    }
+    for i in 0..caustics.lights() {
+        let light = caustics.light(i)?;
+        let params = ReceiverBake {
+            light: light.params,
+            size: UVec2::from(size),
+            samples: settings.samples,
+            first_triangle: triangles.start,
+        };
+        let bindings = [
+            caustics.triangles,
+            caustics.views,
+            corner_uvs,
+            light.caustic,
+            uv_visible,
+            light.direct,
+            light.landing,
+            light.entry,
+            irradiance,
+        ];
+        caustics.dispatch("receiver_bake", &light.label, &params, bindings.map(Bound::from).to_vec(), groups);
+    }
+    let books = Books { ledger: caustics.ledger, lights: caustics.books() };
+    Ok(BakePlan { plan: caustics.resources.plan, size, irradiance, books })
+}
+
+fn check_receiver(scene: &Scene, receiver: usize) -> Result<String, PlanError> {
+    let Some(object) = scene.objects.get(receiver) else {
+        return Err(PlanError::NoSuch { what: "object", index: receiver, count: scene.objects.len() });
+    };
+    let name = object.name.clone();
+    if scene.material_of(receiver).is_refractor() {
+        return Err(PlanError::NotAReceiver { object: name, reason: "light passes through it" });
+    }
+    if scene.meshes[object.mesh].uvs.is_empty() {
+        return Err(PlanError::NotAReceiver { object: name, reason: "it has no texture coordinates" });
+    }
+    Ok(name)
+}
+
+impl BakePlan {
+    /// What the last frame of `executor`, which runs this plan, left behind.
+    ///
+    /// # Errors
+    /// Those of [`Executor::read`].
+    pub fn read(&self, executor: &mut dyn Executor) -> Result<(IrradianceMaps, Statistics), ExecuteError> {
+        let bytes = executor.read(self.irradiance)?;
+        let texels: Vec<Vec4> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+        let layer = |texels: &[Vec4]| texels.iter().map(|t| t.truncate().to_array()).collect::<Vec<_>>();
+        let (direct, refracted) = texels.split_at(texels.len() / 2);
+        let maps = IrradianceMaps {
+            width: self.size[0],
+            height: self.size[1],
+            direct: layer(direct),
+            refracted: layer(refracted),
+            reflected: vec![[0.0; 3]; direct.len()],
+        };
+        Ok((maps, self.books.read(executor)?))
+    }
+}

@@ -1,0 +1,648 @@
+//! The passes that carry each light from its source to its map, whatever the map is then used for.
+//!
+//! Per light: what its emission view sees first (glass, or what stands before it), the back faces of the glass, the opaque
+//! surfaces behind the front of the glass where light may land, all opaque surfaces for shadows; then photons, then the map
+//! as floats. Lights run one after the other and share textures and map, so memory does not grow with their number.
+
+use std::ops::Range;
+
+use frame_plan::{Bound, Decision, Limits, PassStep, ResourceId, Step, Targets, TextureFormat};
+use glam::{DVec3, UVec2, Vec3};
+use spectral_scene::{Effects, LightShape, Scene};
+
+use crate::bands::{Glass, LightBands, one_wavelength};
+use crate::geometry::{Geometry, bounds};
+use crate::passes::map_resolve::MapResolve;
+use crate::passes::photon_trace::{Band, LANDING_DISTANCE, LANDING_PLANE, Optics, PhotonTrace};
+use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
+use crate::resources::{Resources, cleared};
+use crate::shared::flux::QUANTUM;
+use crate::shared::irradiance::Light as LightParams;
+use crate::shared::ledger::{LEDGER_ROWS, LEDGER_WORDS};
+use crate::shared::triangle::Triangle;
+use crate::shared::view::View;
+use crate::statistics::LightBooks;
+use crate::view_fit::{Source, fit, fit_one};
+use crate::{Interfaces, LandingUpdate, PlanError, Settings, Splat, WorkingSpace};
+
+/// Largest number of photons of a light: 2^30 units each, added up in 64 bits.
+const MAX_PHOTONS: u64 = 1 << 34;
+
+/// Everything in working units lies within this of the origin.
+const REACH: f64 = 1.0;
+
+/// Where light may land, and what for.
+#[derive(Clone, Copy)]
+pub(crate) enum Receivers {
+    /// The object to bake onto.
+    Object(usize),
+    /// All opaque objects.
+    Opaque,
+}
+
+/// One light, ready to be turned into steps.
+struct LightSetup {
+    name: String,
+    index: usize,
+    source: Source,
+    bands: LightBands,
+    first_band: u32,
+    /// In `views`: emission first, then the map's.
+    views: Range<u32>,
+    caustic: bool,
+    /// Glass has back faces that light may leave by.
+    exits: bool,
+    /// The map's views miss opaque surfaces before the glass, which shadows need.
+    separate_direct: bool,
+    shadows: bool,
+    landing_from: f64,
+    spot_axis: Vec3,
+    spot_scale: f32,
+    spot_offset: f32,
+    range: f32,
+}
+
+/// What a pass that shades with a light binds.
+pub(crate) struct LightStep {
+    pub(crate) label: String,
+    pub(crate) params: LightParams,
+    pub(crate) direct: ResourceId,
+    pub(crate) landing: ResourceId,
+    pub(crate) entry: ResourceId,
+    pub(crate) caustic: ResourceId,
+}
+
+/// A plan up to the maps of all lights.
+pub(crate) struct Caustics<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) settings: &'a Settings,
+    pub(crate) effects: Effects,
+    pub(crate) space: WorkingSpace,
+    pub(crate) geometry: Geometry,
+    pub(crate) resources: Resources<'a>,
+    pub(crate) triangles: ResourceId,
+    pub(crate) views: ResourceId,
+    pub(crate) ledger: Option<ResourceId>,
+    setups: Vec<LightSetup>,
+    shared: Shared,
+}
+
+/// Resources that lights use in turn.
+struct Shared {
+    bands: ResourceId,
+    optics: ResourceId,
+    entry: ResourceId,
+    exit: ResourceId,
+    emission_depth: ResourceId,
+    landing: ResourceId,
+    direct: ResourceId,
+    map_depth: ResourceId,
+    map: ResourceId,
+    caustic: ResourceId,
+}
+
+/// What a plan is for.
+pub(crate) struct Purpose {
+    pub(crate) name: String,
+    pub(crate) receivers: Receivers,
+    pub(crate) map_size: u32,
+    /// A view besides the lights', which becomes the last in `views`.
+    pub(crate) camera: Option<View>,
+    pub(crate) shadows: bool,
+}
+
+impl<'a> Caustics<'a> {
+    pub(crate) fn new(
+        scene: &'a Scene,
+        settings: &'a Settings,
+        limits: &'a Limits,
+        purpose: &Purpose,
+    ) -> Result<Self, PlanError> {
+        let space = WorkingSpace::of(scene);
+        let effects = Effects::required_by(scene);
+        let receiver = match purpose.receivers {
+            Receivers::Object(object) => Some(object),
+            Receivers::Opaque => None,
+        };
+        let geometry = Geometry::new(scene, &space, receiver)?;
+        let mut views = Vec::new();
+        let setups = light_setups(scene, settings, &effects, &space, &geometry, purpose, &mut views)?;
+        views.extend(purpose.camera);
+
+        let mut resources = Resources::new(purpose.name.clone(), limits);
+        let glasses = Glass::of(scene);
+        let bands: Vec<Band> = setups.iter().flat_map(|s| s.bands.bands()).collect();
+        let optics: Vec<Optics> =
+            setups.iter().flat_map(|s| s.bands.optics(&glasses, space.metres_per_unit)).collect();
+        let triangles = resources.filled::<Triangle>("triangles", &geometry.triangles)?;
+        let views = resources.filled("views", &views)?;
+        let (shared, ledger) = shared_resources(&mut resources, &setups, settings, purpose, &bands, &optics)?;
+        let mut caustics = Self {
+            scene,
+            settings,
+            effects,
+            space,
+            geometry,
+            resources,
+            triangles,
+            views,
+            ledger,
+            setups,
+            shared,
+        };
+        caustics.decide();
+        Ok(caustics)
+    }
+
+    /// Steps that come before any light's.
+    pub(crate) fn begin(&mut self) {
+        if let Some(buffer) = self.ledger {
+            self.resources.plan.steps.push(Step::ClearBuffer { buffer });
+        }
+    }
+
+    /// Number of lights that shine.
+    pub(crate) fn lights(&self) -> usize {
+        self.setups.len()
+    }
+
+    /// Index of the camera's view, if there is one.
+    pub(crate) fn camera_view(&self) -> u32 {
+        self.setups.last().map_or(0, |s| s.views.end)
+    }
+
+    /// What the host needs to read the ledger.
+    pub(crate) fn books(&self) -> Vec<LightBooks> {
+        let setups = self.setups.iter().filter(|s| s.caustic);
+        setups.map(|setup| setup.books(&self.space, &self.view(setup.views.start))).collect()
+    }
+
+    fn view(&self, index: u32) -> View {
+        let bytes =
+            self.resources.plan.resources[self.views.0 as usize].initial.as_deref().unwrap_or_default();
+        let size = size_of::<View>();
+        bytemuck::pod_read_unaligned(&bytes[index as usize * size..][..size])
+    }
+
+    /// The steps of light `i` up to its map.
+    pub(crate) fn light(&mut self, i: usize) -> Result<LightStep, PlanError> {
+        let setup = &self.setups[i];
+        let label = format!("light {} `{}`", setup.index, setup.name);
+        let landing_view = setup.views.start + u32::from(setup.caustic);
+        let faces = setup.views.end - landing_view;
+        let opaque = 0..self.geometry.opaque;
+        let all = 0..self.geometry.triangles.len() as u32;
+        let glass = opaque.end..all.end;
+        let from = setup.landing_from as f32;
+        let mut draws = Vec::new();
+        for face in 0..faces {
+            let view = landing_view + face;
+            let map = |texture| (texture, self.shared.map_depth, face);
+            if setup.caustic {
+                let from_distance = if setup.separate_direct { from } else { 0.0 };
+                draws.push((
+                    "landing",
+                    map(self.shared.landing),
+                    view,
+                    opaque.clone(),
+                    VISIBILITY_ALL_FACES,
+                    from_distance,
+                ));
+            }
+            if setup.shadows && (setup.separate_direct || !setup.caustic) {
+                draws.push((
+                    "shadow",
+                    map(self.shared.direct),
+                    view,
+                    opaque.clone(),
+                    VISIBILITY_ALL_FACES,
+                    0.0,
+                ));
+            }
+        }
+        if setup.caustic {
+            let emission = |texture| (texture, self.shared.emission_depth, 0);
+            let view = setup.views.start;
+            draws.push(("entry", emission(self.shared.entry), view, all, VISIBILITY_ALL_FACES, 0.0));
+            if setup.exits {
+                draws.push(("exit", emission(self.shared.exit), view, glass, VISIBILITY_BACK_FACES, 0.0));
+            }
+        }
+        for (what, (texture, depth, layer), view, triangles, faces, from_distance) in draws {
+            let face = if layer > 0 { format!(", face {layer}") } else { String::new() };
+            let params = Visibility { view, first_triangle: triangles.start, faces, from_distance };
+            self.draw_visibility(
+                format!("{label}, {what}{face}"),
+                params,
+                triangles.len() as u32,
+                texture,
+                depth,
+                layer,
+            );
+        }
+        if self.setups[i].caustic {
+            self.photons(i, &label, landing_view, faces)?;
+        }
+        Ok(self.light_step(i, label, landing_view, faces))
+    }
+
+    fn light_step(&mut self, i: usize, label: String, landing_view: u32, faces: u32) -> LightStep {
+        let setup = &self.setups[i];
+        let [x, y, z] = setup.bands.xyz;
+        let params = LightParams {
+            xyz: DVec3::new(x, y, z).as_vec3(),
+            metres_per_unit: self.space.metres_per_unit as f32,
+            spot_axis: setup.spot_axis,
+            spot_scale: setup.spot_scale,
+            spot_offset: setup.spot_offset,
+            range: setup.range,
+            landing_from: if setup.separate_direct { setup.landing_from as f32 } else { 0.0 },
+            direct_view: landing_view,
+            direct_faces: if setup.shadows { faces } else { 0 },
+            landing_view,
+            landing_faces: if setup.caustic { faces } else { 0 },
+            emission_view: setup.views.start,
+        };
+        let (caustic, separate, shadows) = (setup.caustic, setup.separate_direct, setup.shadows);
+        let nothing = self.resources.nothing();
+        LightStep {
+            label,
+            params,
+            direct: match (shadows, separate || !caustic) {
+                (false, _) => nothing,
+                (true, true) => self.shared.direct,
+                (true, false) => self.shared.landing,
+            },
+            landing: if caustic { self.shared.landing } else { nothing },
+            entry: if caustic { self.shared.entry } else { nothing },
+            caustic: self.shared.caustic,
+        }
+    }
+
+    /// A draw of `count` triangles into a layer of a visibility buffer.
+    pub(crate) fn draw_visibility(
+        &mut self,
+        label: String,
+        params: Visibility,
+        count: u32,
+        texture: ResourceId,
+        depth: ResourceId,
+        layer: u32,
+    ) {
+        let plan = &mut self.resources.plan;
+        let params = plan.add_params(format!("visibility: {label}"), &params);
+        plan.steps.push(Step::Draw {
+            pass: PassStep {
+                pass: "visibility".into(),
+                label,
+                params: Some(params),
+                bindings: vec![self.triangles.into(), self.views.into()],
+            },
+            targets: Targets { color: vec![cleared(texture, layer)], depth: Some(cleared(depth, 0)) },
+            vertices: 3 * count,
+            instances: 1,
+        });
+    }
+
+    /// A compute pass over 8 x 8 texels per workgroup.
+    pub(crate) fn dispatch<T: bytemuck::Pod>(
+        &mut self,
+        pass: &str,
+        label: &str,
+        params: &T,
+        bindings: Vec<Bound>,
+        groups: [u32; 3],
+    ) {
+        let plan = &mut self.resources.plan;
+        let params = plan.add_params(format!("{pass}: {label}"), params);
+        plan.steps.push(Step::Dispatch {
+            pass: PassStep { pass: pass.into(), label: label.into(), params: Some(params), bindings },
+            groups,
+        });
+    }
+
+    fn photons(&mut self, i: usize, label: &str, landing_view: u32, faces: u32) -> Result<(), PlanError> {
+        let setup = &self.setups[i];
+        let settings = self.settings;
+        let emission = self.view(setup.views.start);
+        let map = self.view(landing_view);
+        let landing_points = bounds(self.geometry.opaque_corners()).unwrap_or_default();
+        let glass = bounds(self.geometry.refractor_corners()).unwrap_or_default();
+        let (splat_taps, splat_sigma) = match settings.splat {
+            Splat::Point => (0, 1.0),
+            Splat::Gaussian { radius } => (radius, 0.5 * radius as f32),
+        };
+        let trace = PhotonTrace {
+            emission_view: setup.views.start,
+            landing_view,
+            landing_faces: faces,
+            first_band: setup.first_band,
+            materials: self.scene.materials.len() as u32,
+            interfaces: if setup.exits && settings.interfaces == Interfaces::Two { 2 } else { 1 },
+            exit_iterations: settings.exit_iterations,
+            landing_iterations: settings.ray_geo_iterations,
+            landing_update: match settings.ray_geo_update {
+                LandingUpdate::Distance => LANDING_DISTANCE,
+                LandingUpdate::Plane => LANDING_PLANE,
+            },
+            splat_taps,
+            splat_sigma,
+            exit_start: 0.25 * glass.0.distance(glass.1) as f32,
+            landing_center: (0.5 * (landing_points.0 + landing_points.1)).as_vec3(),
+            range: setup.range,
+            spot_axis: setup.spot_axis,
+            spot_scale: setup.spot_scale,
+            spot_offset: setup.spot_offset,
+            reserved0: 0,
+            reserved1: 0,
+            reserved2: 0,
+        };
+        let largest = setup.bands.largest;
+        let scale = match settings.shah_intensity {
+            // A photon at most brings a whole weight to the texel where it lands, of any size; one part in QUANTUM of it.
+            Some(intensity) => {
+                largest * intensity * 4.0 / f64::from(settings.emission_size) / f64::from(QUANTUM)
+            }
+            None => largest * texel_extent(&emission) / f64::from(QUANTUM) / texel_extent(&map),
+        };
+        let resolve = MapResolve {
+            view: landing_view,
+            faces,
+            scale: scale as f32,
+            power: settings.artistic_power.unwrap_or(1.0) as f32,
+        };
+        let exit = if setup.exits { Some(self.shared.exit) } else { None };
+        let wavelengths = setup.bands.wavelengths_nm.len() as u32;
+        let trace_groups = self.resources.groups(emission.size.to_array(), wavelengths, "emission_size")?;
+        let resolve_groups = self.resources.groups(map.size.to_array(), faces, "map_size")?;
+        let exit = exit.unwrap_or_else(|| self.resources.nothing());
+        let shared = &self.shared;
+        let ledger = self.ledger.expect("plans with caustics have a ledger");
+        let trace_bindings = [
+            self.triangles,
+            self.views,
+            shared.bands,
+            shared.optics,
+            shared.entry,
+            exit,
+            shared.landing,
+            shared.map,
+            ledger,
+        ];
+        let resolve_bindings = [self.views, shared.map, shared.caustic];
+        self.resources.plan.steps.push(Step::ClearBuffer { buffer: self.shared.map });
+        self.dispatch("photon_trace", label, &trace, trace_bindings.map(Bound::from).to_vec(), trace_groups);
+        self.dispatch(
+            "map_resolve",
+            label,
+            &resolve,
+            resolve_bindings.map(Bound::from).to_vec(),
+            resolve_groups,
+        );
+        Ok(())
+    }
+
+    /// Writes down what was kept and left out.
+    fn decide(&mut self) {
+        let mut decisions = Vec::new();
+        let mut decide = |pass: &str, kept: bool, reason: String| {
+            decisions.push(Decision { pass: pass.into(), kept, reason });
+        };
+        let state = |on: bool| if on { "on" } else { "off" };
+        if self.setups.is_empty() {
+            decide("visibility", false, "no light shines".into());
+        }
+        for object in &self.geometry.turned {
+            let name = &self.scene.objects[*object].name;
+            decide(
+                "photon_trace",
+                true,
+                format!("`{name}` is closed and inside out: its faces are turned outwards"),
+            );
+        }
+        for object in &self.geometry.open {
+            let name = &self.scene.objects[*object].name;
+            decide("photon_trace", true, format!("`{name}` has an open edge: light may land inside it"));
+        }
+        for setup in &self.setups {
+            let light = format!("light {} `{}`", setup.index, setup.name);
+            let effects = &self.effects;
+            let caustics =
+                format!("{light}, caustics: {}, {}", state(setup.caustic), effects.caustics.reason);
+            for pass in ["photon_trace", "map_resolve"] {
+                decide(pass, setup.caustic, caustics.clone());
+            }
+            let shadows = format!("{light}, shadows: {}, {}", state(setup.shadows), effects.shadows.reason);
+            decide("visibility", setup.shadows, shadows);
+            if !setup.caustic {
+                continue;
+            }
+            let count = setup.bands.wavelengths_nm.len();
+            let why = if self.scene.lights[setup.index].spectrum.line_nm().is_some() {
+                "its spectrum is a line".to_owned()
+            } else {
+                format!(
+                    "dispersion: {}, {}; absorption: {}, {}",
+                    state(effects.dispersion.on),
+                    effects.dispersion.reason,
+                    state(effects.absorption.on),
+                    effects.absorption.reason
+                )
+            };
+            decide("photon_trace", true, format!("{light}, {count} wavelengths: {why}"));
+            decide(
+                "visibility",
+                setup.exits,
+                if setup.exits {
+                    format!("{light}, exit: light leaves glass by its back faces")
+                } else if self.settings.interfaces == Interfaces::One {
+                    format!("{light}, exit: one interface was asked for")
+                } else {
+                    format!("{light}, exit: no face of glass points away from the light")
+                },
+            );
+            decide(
+                "visibility",
+                setup.separate_direct,
+                if setup.separate_direct {
+                    format!("{light}, landing apart from shadow: opaque surfaces stand before the glass")
+                } else {
+                    format!("{light}, landing serves for shadow: no opaque surface stands before the glass")
+                },
+            );
+        }
+        self.resources.plan.decisions = decisions;
+    }
+}
+
+/// Area across the light, or solid angle in the middle, of a view's texel.
+fn texel_extent(view: &View) -> f64 {
+    f64::from(view.texel_slope.x) * f64::from(view.texel_slope.y)
+}
+
+impl LightSetup {
+    fn books(&self, space: &WorkingSpace, emission: &View) -> LightBooks {
+        let area = match self.source {
+            Source::Parallel(_) => space.metres_per_unit * space.metres_per_unit,
+            Source::Eye(_) => 1.0,
+        };
+        let extent = texel_extent(emission) * area / f64::from(QUANTUM);
+        LightBooks {
+            name: self.name.clone(),
+            first_band: self.first_band,
+            wavelengths_nm: self.bands.wavelengths_nm.clone(),
+            lumens_per_unit: self.bands.weights_xyz.iter().map(|xyz| xyz[1] * extent).collect(),
+        }
+    }
+}
+
+fn light_setups(
+    scene: &Scene,
+    settings: &Settings,
+    effects: &Effects,
+    space: &WorkingSpace,
+    geometry: &Geometry,
+    purpose: &Purpose,
+    views: &mut Vec<View>,
+) -> Result<Vec<LightSetup>, PlanError> {
+    let count = scene.lights.len();
+    let chosen = settings.lights.clone().unwrap_or_else(|| (0..count).collect());
+    if let Some(&index) = chosen.iter().find(|&&i| i >= count) {
+        return Err(PlanError::NoSuch { what: "light", index, count });
+    }
+    let one = settings.prune && one_wavelength(scene, effects);
+    let has_glass = geometry.triangles.len() > geometry.opaque as usize;
+    let caustic = !settings.prune || (has_glass && geometry.opaque > 0);
+    let mut setups = Vec::new();
+    let mut first_band = 0;
+    for index in chosen {
+        let light = &scene.lights[index];
+        let bands = LightBands::new(light, settings, one)?;
+        if bands.largest <= 0.0 {
+            continue;
+        }
+        let source = Source::of(light, space)?;
+        let first_view = views.len() as u32;
+        let emission_size = UVec2::splat(settings.emission_size);
+        if caustic {
+            let corners = geometry.refractor_corners();
+            views.push(fit_one(source, corners, emission_size, REACH, &light.name)?);
+        }
+        let map_size = UVec2::splat(purpose.map_size);
+        views.extend(match purpose.receivers {
+            Receivers::Object(object) => fit(source, geometry.object_corners(object), map_size, REACH),
+            Receivers::Opaque => fit(source, geometry.opaque_corners(), map_size, REACH),
+        });
+        let landing_from = source.nearest(geometry.refractor_corners(), REACH);
+        let landing_from = if landing_from.is_finite() { landing_from } else { 0.0 };
+        let photons = u64::from(settings.emission_size).pow(2) * bands.wavelengths_nm.len() as u64;
+        if caustic && photons > MAX_PHOTONS {
+            return Err(PlanError::TooManyPhotons {
+                texels: u64::from(settings.emission_size).pow(2),
+                wavelengths: bands.wavelengths_nm.len() as u64,
+                max: MAX_PHOTONS,
+            });
+        }
+        let (spot_axis, spot_scale, spot_offset, range_m) = cone(&light.shape);
+        let wavelengths = bands.wavelengths_nm.len() as u32;
+        setups.push(LightSetup {
+            name: light.name.clone(),
+            index,
+            source,
+            bands,
+            first_band,
+            views: first_view..views.len() as u32,
+            caustic,
+            exits: caustic
+                && settings.interfaces == Interfaces::Two
+                && (!settings.prune || faces_away(source, &geometry.triangles[geometry.opaque as usize..])),
+            separate_direct: caustic
+                && (!settings.prune || source.nearest(geometry.opaque_corners(), REACH) < landing_from),
+            shadows: purpose.shadows || !settings.prune,
+            landing_from,
+            spot_axis: spot_axis.as_vec3(),
+            spot_scale: spot_scale as f32,
+            spot_offset: spot_offset as f32,
+            range: range_m.map_or(0.0, |range_m| range_m / space.metres_per_unit) as f32,
+        });
+        first_band += wavelengths;
+    }
+    Ok(setups)
+}
+
+/// Some triangle shows its back to the light.
+fn faces_away(source: Source, triangles: &[Triangle]) -> bool {
+    triangles.iter().any(|t| {
+        let n = t.scaled_normal().as_dvec3();
+        match source {
+            Source::Parallel(direction) => direction.dot(n) > 0.0,
+            Source::Eye(eye) => (t.p0.as_dvec3() - eye).dot(n) > 0.0,
+        }
+    })
+}
+
+/// Axis, scale and offset of a spot's falloff (KHR_lights_punctual), and the range. Other lights have a cone that is 1 everywhere.
+fn cone(shape: &LightShape) -> (DVec3, f64, f64, Option<f64>) {
+    match *shape {
+        LightShape::Directional { direction } => (direction.normalize(), 0.0, 1.0, None),
+        LightShape::Point { range_m, .. } => (DVec3::NEG_Z, 0.0, 1.0, range_m),
+        LightShape::Spot { direction, inner_cone_rad, outer_cone_rad, range_m, .. } => {
+            let scale = 1.0 / (inner_cone_rad.cos() - outer_cone_rad.cos()).max(0.001);
+            (direction.normalize(), scale, -outer_cone_rad.cos() * scale, range_m)
+        }
+    }
+}
+
+fn shared_resources(
+    resources: &mut Resources<'_>,
+    setups: &[LightSetup],
+    settings: &Settings,
+    purpose: &Purpose,
+    bands: &[Band],
+    optics: &[Optics],
+) -> Result<(Shared, Option<ResourceId>), PlanError> {
+    let nothing = resources.nothing();
+    let caustic = setups.iter().any(|s| s.caustic);
+    let exits = setups.iter().any(|s| s.exits);
+    let direct = setups.iter().any(|s| s.shadows && (s.separate_direct || !s.caustic));
+    let faces = setups.iter().map(|s| s.views.end - s.views.start - u32::from(s.caustic)).max().unwrap_or(1);
+    let emission = [settings.emission_size; 2];
+    let map = [purpose.map_size; 2];
+    let texels = u64::from(map[0]) * u64::from(map[1]) * u64::from(faces);
+    let mut texture = |needed: bool, name: &str, format, size, layers, remedy| {
+        if needed { resources.texture(name, format, size, layers, remedy) } else { Ok(nothing) }
+    };
+    let (id, depth) = (TextureFormat::R32Uint, TextureFormat::Depth32Float);
+    let entry = texture(caustic, "entry", id, emission, 1, "emission_size")?;
+    let exit = texture(exits, "exit", id, emission, 1, "emission_size")?;
+    let emission_depth = texture(caustic, "emission depth", depth, emission, 1, "emission_size")?;
+    let landing = texture(caustic, "landing", id, map, faces, "map_size")?;
+    let direct = texture(direct, "shadow", id, map, faces, "map_size")?;
+    let map_depth = texture(!setups.is_empty(), "map depth", depth, map, 1, "map_size")?;
+    // Where nothing makes a map, the buffer that shading binds is the smallest there is.
+    let caustic_texels = if caustic { texels } else { 1 };
+    let shared = Shared {
+        bands: resources.filled("bands", bands)?,
+        optics: resources.filled("optics", optics)?,
+        entry,
+        exit,
+        emission_depth,
+        landing,
+        direct,
+        map_depth,
+        map: if caustic { resources.buffer("map", 24 * texels, "map_size")? } else { nothing },
+        caustic: if caustic {
+            resources.buffer("caustic", 16 * caustic_texels, "map_size")?
+        } else {
+            resources.filled("caustic", &[[0.0_f32; 4]])?
+        },
+    };
+    let mut ledger = None;
+    if caustic {
+        let words = LEDGER_WORDS * LEDGER_ROWS * bands.len();
+        let id = resources.buffer("ledger", 4 * words as u64, "wavelengths")?;
+        resources.make_readable(id);
+        ledger = Some(id);
+    }
+    Ok((shared, ledger))
+}

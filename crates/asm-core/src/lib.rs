@@ -1,0 +1,28 @@
+//! Caustics of refractors in real time: a scene, settings and a device's limits become a plan that any executor runs.
+//!
+//! The method is Shah, Konttinen & Pattanaik's caustics mapping, one photon per texel of the light's view and wavelength, in
+//! compute passes over visibility buffers; see [`passes`] for the passes and `shaders/` for their WGSL. The map holds XYZ in
+//! 64-bit fixed point, so the same plan gives the same bits twice, and every photon's flux is accounted for.
+//!
+//! Left out: reflected light (counted, not mapped), internal reflections, a second refractor on a photon's way.
+
+mod bake;
+mod bands;
+mod caustics;
+mod error;
+mod geometry;
+pub mod passes;
+mod resources;
+mod settings;
+pub mod shared;
+mod space;
+mod statistics;
+mod topology;
+mod view_fit;
+
+pub use bake::{BakePlan, bake_plan};
+pub use error::PlanError;
+pub use passes::PASSES;
+pub use settings::{Interfaces, LandingUpdate, Method, Settings, Splat};
+pub use space::WorkingSpace;
+pub use statistics::{Ledger, LightStatistics, Statistics, Tally};

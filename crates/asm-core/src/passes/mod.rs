@@ -1,0 +1,34 @@
+//! The passes: per stem a WGSL file in `shaders/` and here its parameters, bindings and CPU mirror.
+
+use frame_plan::{Binding, BindingKind, PassSet};
+
+pub mod map_resolve;
+pub mod photon_trace;
+pub mod receiver_bake;
+pub mod uv_visibility;
+pub mod visibility;
+
+/// Every pass that plans of this crate name.
+pub const PASSES: PassSet = PassSet(&[
+    &visibility::VISIBILITY,
+    &uv_visibility::UV_VISIBILITY,
+    &photon_trace::PHOTON_TRACE,
+    &map_resolve::MAP_RESOLVE,
+    &receiver_bake::RECEIVER_BAKE,
+]);
+
+const VIEW_WGSL: &str = include_str!("../../../../shaders/shared/view.wgsl");
+const TRIANGLE_WGSL: &str = include_str!("../../../../shaders/shared/triangle.wgsl");
+const REFRACT_WGSL: &str = include_str!("../../../../shaders/shared/refract.wgsl");
+const FLUX_WGSL: &str = include_str!("../../../../shaders/shared/flux.wgsl");
+const LIGHT_VIEWS_WGSL: &str = include_str!("../../../../shaders/shared/light_views.wgsl");
+const VISIBILITY_WGSL: &str = include_str!("../../../../shaders/shared/visibility.wgsl");
+const LEDGER_WGSL: &str = include_str!("../../../../shaders/shared/ledger.wgsl");
+const IRRADIANCE_WGSL: &str = include_str!("../../../../shaders/shared/irradiance.wgsl");
+
+const VISIBILITY_TEXTURE: BindingKind = BindingKind::Texture { uint: true, filter: false, array: false };
+const VISIBILITY_TEXTURE_ARRAY: BindingKind = BindingKind::Texture { uint: true, filter: false, array: true };
+
+const fn binding(name: &'static str, kind: BindingKind) -> Binding {
+    Binding { name, kind }
+}

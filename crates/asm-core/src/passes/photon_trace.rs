@@ -1,0 +1,520 @@
+//! Shah's caustics mapping, one photon per texel of the light's emission view and wavelength. Twin of
+//! `shaders/photon_trace.wgsl`.
+//!
+//! The map is 64-bit fixed point per channel. One texel's flux at one wavelength is at most 2^30 units, a plan has fewer
+//! than 2^34 texels times wavelengths, so a texel that receives every photon holds less than 2^64. A photon's flux is an
+//! integer from the start and every stage takes an integer part of it, so the ledger's rows add up exactly. A deposit is
+//! within half a unit of flux x weight per channel, and its Gaussian taps sum to it.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use bytemuck::{Pod, Zeroable};
+use frame_plan::cpu::TextureView;
+use frame_plan::{BindingKind, PassInfo, PassKind};
+use glam::{IVec2, UVec2, Vec2, Vec3};
+use rayon::prelude::*;
+
+use super::{
+    FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE,
+    VISIBILITY_TEXTURE_ARRAY, binding,
+};
+use crate::shared::flux::{QUANTUM, WHOLE, add_64, flux_part, part_from};
+use crate::shared::ledger::*;
+use crate::shared::light_views::{Located, locate, locate_clamped};
+use crate::shared::refract::refract_light;
+use crate::shared::triangle::{
+    NOTHING, PlaneHit, SAME_SURFACE, TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle, visible_in_layer,
+};
+use crate::shared::view::{Ray, View};
+
+/// Uniform of the pass; mirrors `PhotonTrace` in `shaders/photon_trace.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PhotonTrace {
+    /// View fitted to the refractors.
+    pub emission_view: u32,
+    /// First view of the map.
+    pub landing_view: u32,
+    /// Number of views of the map.
+    pub landing_faces: u32,
+    /// First band of this light, in `bands` and `ledger`.
+    pub first_band: u32,
+    /// Row length of `optics`.
+    pub materials: u32,
+    /// 1: only the entry refracts (Shah); 2: the exit too.
+    pub interfaces: u32,
+    /// Guesses at the exit.
+    pub exit_iterations: u32,
+    /// Guesses at the landing.
+    pub landing_iterations: u32,
+    /// [`LANDING_DISTANCE`] or [`LANDING_PLANE`].
+    pub landing_update: u32,
+    /// Texels to each side of the landing's; 0 is a point.
+    pub splat_taps: u32,
+    /// Standard deviation, texels.
+    pub splat_sigma: f32,
+    /// A distance inside glass to try where the entry's texel shows no back face.
+    pub exit_start: f32,
+    /// Middle of the receivers' bounds.
+    pub landing_center: Vec3,
+    /// Light beyond this distance is dark; 0 has no end.
+    pub range: f32,
+    /// Unit axis of the cone.
+    pub spot_axis: Vec3,
+    /// Squared clamp(cosine * scale + offset) is the cone's falloff.
+    pub spot_scale: f32,
+    /// See `spot_scale`.
+    pub spot_offset: f32,
+    /// Padding.
+    pub reserved0: u32,
+    /// Padding.
+    pub reserved1: u32,
+    /// Padding.
+    pub reserved2: u32,
+}
+
+/// Shah's update: the distance of the surface point below the last guess.
+pub const LANDING_DISTANCE: u32 = 0;
+/// The ray against the plane of the triangle below the last guess.
+pub const LANDING_PLANE: u32 = 1;
+
+/// Photons at one wavelength of one light; mirrors `Band`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct Band {
+    /// XYZ as parts, see [`part_from`].
+    pub weight: [u32; 3],
+    /// Padding.
+    pub reserved: u32,
+}
+
+/// A material at one wavelength; mirrors `Optics`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Optics {
+    /// Refractive index.
+    pub index: f32,
+    /// Absorption per working unit.
+    pub absorption: f32,
+    /// Share of refracted light that the surface lets pass.
+    pub surface: f32,
+    /// Padding.
+    pub reserved: f32,
+}
+
+/// All that an executor needs to build and run `photon_trace`.
+pub const PHOTON_TRACE: PassInfo = PassInfo {
+    name: "photon_trace",
+    wgsl: &[
+        VIEW_WGSL,
+        TRIANGLE_WGSL,
+        REFRACT_WGSL,
+        FLUX_WGSL,
+        LIGHT_VIEWS_WGSL,
+        LEDGER_WGSL,
+        include_str!("../../../../shaders/photon_trace.wgsl"),
+    ],
+    params_struct: "PhotonTrace",
+    params_bytes: size_of::<PhotonTrace>() as u32,
+    bindings: &[
+        binding("triangles", BindingKind::Read),
+        binding("views", BindingKind::Read),
+        binding("bands", BindingKind::Read),
+        binding("optics", BindingKind::Read),
+        binding("entry_visibility", VISIBILITY_TEXTURE),
+        binding("exit_visibility", VISIBILITY_TEXTURE),
+        binding("landing_visibility", VISIBILITY_TEXTURE_ARRAY),
+        binding("map", BindingKind::Atomic),
+        binding("ledger", BindingKind::Atomic),
+    ],
+    kind: PassKind::Compute {
+        workgroup: [8, 8, 1],
+        mirror: |args| {
+            let inputs = Inputs {
+                params: args.params(),
+                triangles: args.read("triangles"),
+                views: args.read("views"),
+                bands: args.read("bands"),
+                optics: args.read("optics"),
+                entry_visibility: args.texture("entry_visibility"),
+                exit_visibility: args.texture("exit_visibility"),
+                landing_visibility: args.texture("landing_visibility"),
+            };
+            photon_trace(&inputs, args.groups()[2], args.atomics("map"), args.atomics("ledger"));
+        },
+    },
+};
+
+/// What `photon_trace` reads.
+#[derive(Clone, Copy)]
+pub struct Inputs<'a> {
+    /// The uniform.
+    pub params: PhotonTrace,
+    /// All triangles.
+    pub triangles: &'a [Triangle],
+    /// All views.
+    pub views: &'a [View],
+    /// Wavelengths of all lights.
+    pub bands: &'a [Band],
+    /// Band x material.
+    pub optics: &'a [Optics],
+    /// First surface from the light.
+    pub entry_visibility: TextureView<'a>,
+    /// First back face of glass from the light.
+    pub exit_visibility: TextureView<'a>,
+    /// First opaque surface from the light behind the front of the glass.
+    pub landing_visibility: TextureView<'a>,
+}
+
+/// One texel's flux at one wavelength.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Photon {
+    /// `END_*`.
+    pub end: u32,
+    /// Before anything.
+    pub aimed: u32,
+    /// What is left at the end.
+    pub flux: u32,
+    /// At the entry.
+    pub reflected: u32,
+    /// At the exit.
+    pub kept_inside: u32,
+    /// On the way.
+    pub absorbed: u32,
+    /// Put down away from the surface.
+    pub astray: bool,
+}
+
+#[derive(Clone, Copy)]
+struct Exit {
+    triangle: u32,
+    hit: PlaneHit,
+}
+
+struct Landing {
+    end: u32,
+    at: Located,
+    distance: f32,
+    astray: bool,
+}
+
+/// CPU mirror: `wavelengths` photons per texel.
+pub fn photon_trace(inputs: &Inputs<'_>, wavelengths: u32, map: &[AtomicU32], ledger: &[AtomicU32]) {
+    let size = inputs.views[inputs.params.emission_view as usize].size;
+    for band in 0..wavelengths {
+        (0..size.y).into_par_iter().for_each(|y| {
+            let mut sums = [(0u64, 0u32); LEDGER_ROWS];
+            for x in 0..size.x {
+                let photon = inputs.trace(UVec2::new(x, y), band, map);
+                for (row, sum) in sums.iter_mut().enumerate() {
+                    let (flux, photons) = photon.entry_of_row(row);
+                    sum.0 += u64::from(flux);
+                    sum.1 += photons;
+                }
+            }
+            for (row, (flux, photons)) in sums.into_iter().enumerate() {
+                let index = LEDGER_WORDS * (LEDGER_ROWS * (inputs.params.first_band + band) as usize + row);
+                add_64(&ledger[index..index + 2], flux);
+                ledger[index + 2].fetch_add(photons, Ordering::Relaxed);
+            }
+        });
+    }
+}
+
+struct Crossing {
+    /// [`END_LANDED`] where light passes.
+    end: u32,
+    direction: Vec3,
+    reflectance: f32,
+}
+
+/// Light through a facet with a normal on the side it comes from. No step in the index is no interface, however the
+/// interpolated normal leans.
+fn cross_surface(direction: Vec3, normal: Vec3, facet: &Triangle, eta: f32) -> Crossing {
+    if eta == 1.0 {
+        return Crossing { end: END_LANDED, direction, reflectance: 0.0 };
+    }
+    if direction.dot(normal) >= 0.0 {
+        return Crossing { end: END_WRONG_SIDE, direction, reflectance: 0.0 };
+    }
+    let refraction = refract_light(direction, normal, eta);
+    if refraction.total {
+        return Crossing { end: END_TOTAL, direction, reflectance: 1.0 };
+    }
+    let n = facet.scaled_normal();
+    if refraction.direction.dot(n) * direction.dot(n) <= 0.0 {
+        return Crossing { end: END_WRONG_SIDE, direction, reflectance: 0.0 };
+    }
+    Crossing { end: END_LANDED, direction: refraction.direction, reflectance: refraction.reflectance }
+}
+
+impl Photon {
+    fn absorb(&mut self, passes: f32) {
+        let passed = flux_part(self.flux, part_from(passes));
+        self.absorbed += self.flux - passed;
+        self.flux = passed;
+    }
+
+    /// Flux and photons that a row of the ledger counts.
+    fn entry_of_row(&self, row: usize) -> (u32, u32) {
+        let of = |flux: u32| (flux, u32::from(flux != 0));
+        match row {
+            LEDGER_AIMED => (self.aimed, 1),
+            LEDGER_EMITTED if self.end != END_MISSED && self.end != END_BLOCKED => (self.aimed, 1),
+            LEDGER_EMITTED => (0, 0),
+            LEDGER_REFLECTED => of(self.reflected),
+            LEDGER_KEPT_INSIDE => of(self.kept_inside),
+            LEDGER_ABSORBED => of(self.absorbed),
+            LEDGER_ASTRAY if self.astray => (self.flux, 1),
+            _ if row == LEDGER_FIRST_END + self.end as usize => (self.flux, 1),
+            _ => (0, 0),
+        }
+    }
+}
+
+impl Inputs<'_> {
+    /// The nearest back face of `object` along a ray that has entered it: the plane of the back face under the last guess,
+    /// again and again. A guess inside its triangle is the answer; else the nearest plane, which is right for convex bodies.
+    fn find_exit(&self, view: &View, ray: Ray, object: u32) -> Option<Exit> {
+        let mut best: Option<Exit> = None;
+        let mut last = NOTHING;
+        let mut distance = 0.0;
+        for i in 0..self.params.exit_iterations {
+            let at = view.project(ray.origin + distance * ray.direction).texel;
+            let texel = at.clamp(Vec2::ZERO, view.size.as_vec2() - 1.0).as_uvec2();
+            let visible = self.exit_visibility.load_uint(texel.x, texel.y);
+            if visible != NOTHING && visible == last {
+                break;
+            }
+            last = visible;
+            let mut usable = false;
+            if visible != NOTHING && self.triangles[visible as usize - 1].object == object {
+                let hit = self.triangles[visible as usize - 1].plane_hit(ray);
+                usable = hit.crosses && hit.facing > 0.0 && hit.distance > 0.0;
+                if usable {
+                    distance = hit.distance;
+                    let contained = hit.inside();
+                    if contained || best.is_none_or(|best| distance < best.hit.distance) {
+                        best = Some(Exit { triangle: visible - 1, hit });
+                    }
+                    if contained {
+                        break;
+                    }
+                }
+            }
+            if !usable {
+                distance = if i == 0 { self.params.exit_start } else { 0.5 * distance };
+            }
+        }
+        best
+    }
+
+    fn landing_triangle(&self, at: &Located) -> u32 {
+        let visible = visible_in_layer(&self.landing_visibility, at.texel.as_uvec2(), at.face);
+        if visible != NOTHING {
+            return visible;
+        }
+        visible_in_layer(&self.landing_visibility, self.views[at.view as usize].size / 2, at.face)
+    }
+
+    /// Shah's rayGeo: project the guess into the light's view, see what surface is there, guess again.
+    fn find_landing(&self, ray: Ray) -> Landing {
+        let params = &self.params;
+        let mut distance = (params.landing_center - ray.origin).dot(ray.direction).max(0.0);
+        for _ in 0..params.landing_iterations {
+            let guess = ray.origin + distance * ray.direction;
+            let at = locate_clamped(self.views, params.landing_view, params.landing_faces, guess);
+            let visible = if at.found { self.landing_triangle(&at) } else { NOTHING };
+            if visible == NOTHING {
+                distance *= 0.5;
+                continue;
+            }
+            let triangle = &self.triangles[visible as usize - 1];
+            let ahead = triangle.plane_hit(ray);
+            if params.landing_update == LANDING_PLANE && ahead.crosses && ahead.distance >= 0.0 {
+                distance = ahead.distance;
+                continue;
+            }
+            let light_ray = self.views[at.view as usize].ray_through(guess);
+            let below = triangle.plane_hit(light_ray);
+            if below.crosses {
+                distance = (light_ray.origin + below.distance * light_ray.direction - ray.origin).length();
+            }
+        }
+        let point = ray.origin + distance * ray.direction;
+        let at = locate(self.views, params.landing_view, params.landing_faces, point);
+        let ended = |end| Landing { end, at, distance, astray: false };
+        if !at.found {
+            return ended(END_OUTSIDE_MAP);
+        }
+        let visible = visible_in_layer(&self.landing_visibility, at.texel.as_uvec2(), at.face);
+        if visible == NOTHING {
+            return ended(END_OUTSIDE_MAP);
+        }
+        let triangle = &self.triangles[visible as usize - 1];
+        let hit = triangle.plane_hit(ray);
+        if !hit.crosses || hit.distance < -SAME_SURFACE {
+            return ended(END_ESCAPED);
+        }
+        let light_hit = triangle.plane_hit(self.views[at.view as usize].ray_through(point));
+        if hit.facing * light_hit.facing <= 0.0 {
+            return ended(END_OUTSIDE_MAP);
+        }
+        let astray = (hit.distance - distance).abs() > 0.01 * distance + SAME_SURFACE;
+        Landing { end: END_LANDED, at, distance, astray }
+    }
+
+    /// Adds `deposit` to the map round `at`; the taps of a Gaussian are differences of rounded cumulative shares, so they
+    /// sum to the deposit. Taps beyond the map's edge fall on its last texel.
+    fn splat(&self, at: &Located, deposit: [u32; 3], map: &[AtomicU32]) {
+        let size = self.views[at.view as usize].size.as_ivec2();
+        let center = at.texel.as_ivec2();
+        let face = at.face as i32 * size.x * size.y;
+        let add = |texel: IVec2, c: usize, value: u32| {
+            let word = 2 * (3 * (face + texel.y * size.x + texel.x) as usize + c);
+            add_64(&map[word..word + 2], u64::from(value));
+        };
+        let params = &self.params;
+        if params.splat_taps == 0 {
+            for (c, value) in deposit.into_iter().enumerate() {
+                add(center, c, value);
+            }
+            return;
+        }
+        let taps = 2 * params.splat_taps as usize + 1;
+        let offset = at.texel - at.texel.floor() - 0.5 + params.splat_taps as f32;
+        let sharpness = -0.5 / (params.splat_sigma * params.splat_sigma);
+        let tap = |i: usize| {
+            let d = Vec2::splat(i as f32) - offset;
+            (sharpness * d * d).exp()
+        };
+        let mut sum = Vec2::ZERO;
+        for i in 0..taps {
+            sum += tap(i);
+        }
+        let mut shares = [[WHOLE; 2]; MAX_TAPS];
+        let mut running = Vec2::ZERO;
+        for (i, share) in shares.iter_mut().enumerate().take(taps - 1) {
+            running += tap(i);
+            *share = [part_from(running.x / sum.x), part_from(running.y / sum.y)];
+        }
+        let first = center - params.splat_taps as i32;
+        for (c, value) in deposit.into_iter().enumerate() {
+            let mut before_y = 0;
+            for j in 0..taps {
+                let until_y = flux_part(value, shares[j][1]);
+                let row = until_y - before_y;
+                before_y = until_y;
+                let mut before_x = 0;
+                for (i, share) in shares.iter().enumerate().take(taps) {
+                    let until_x = flux_part(row, share[0]);
+                    let texel = (first + IVec2::new(i as i32, j as i32)).clamp(IVec2::ZERO, size - 1);
+                    add(texel, c, until_x - before_x);
+                    before_x = until_x;
+                }
+            }
+        }
+    }
+
+    fn spot_falloff(&self, direction: Vec3) -> f32 {
+        let cosine = direction.dot(self.params.spot_axis);
+        let cone = (cosine * self.params.spot_scale + self.params.spot_offset).clamp(0.0, 1.0);
+        cone * cone
+    }
+
+    /// One photon from the light to the map.
+    pub fn trace(&self, texel: UVec2, band: u32, map: &[AtomicU32]) -> Photon {
+        let params = &self.params;
+        let view = &self.views[params.emission_view as usize];
+        let light_ray = view.ray(texel.as_vec2() + 0.5);
+        let aimed =
+            (QUANTUM * view.texel_measure(texel) * self.spot_falloff(light_ray.direction) + 0.5) as u32;
+        let mut photon = Photon {
+            end: END_MISSED,
+            aimed,
+            flux: aimed,
+            reflected: 0,
+            kept_inside: 0,
+            absorbed: 0,
+            astray: false,
+        };
+
+        let visible = self.entry_visibility.load_uint(texel.x, texel.y);
+        if visible == NOTHING {
+            return photon;
+        }
+        let front = &self.triangles[visible as usize - 1];
+        if front.flags & TRIANGLE_REFRACTS == 0 {
+            if self.exit_visibility.load_uint(texel.x, texel.y) != NOTHING {
+                photon.end = END_BLOCKED;
+            }
+            return photon;
+        }
+        let hit = front.plane_hit(light_ray);
+        if !hit.crosses || (params.range > 0.0 && hit.distance > params.range) {
+            return photon;
+        }
+
+        let medium = self.optics[((params.first_band + band) * params.materials + front.material) as usize];
+        let entering = hit.facing < 0.0;
+        let entry_normal = (if entering { 1.0 } else { -1.0 }) * front.interpolated_normal(&hit);
+        let eta = if entering { medium.index } else { 1.0 / medium.index };
+        let first = cross_surface(light_ray.direction, entry_normal, front, eta);
+        if first.end != END_LANDED {
+            photon.end = first.end;
+            return photon;
+        }
+        photon.flux = flux_part(aimed, part_from(1.0 - first.reflectance));
+        photon.reflected = aimed - photon.flux;
+        photon.absorb(medium.surface);
+        let mut ray =
+            Ray { origin: light_ray.origin + hit.distance * light_ray.direction, direction: first.direction };
+
+        let open = front.flags & TRIANGLE_OPEN != 0;
+        let mut in_glass = entering;
+        if entering && params.interfaces == 2 {
+            match self.find_exit(view, ray, front.object) {
+                None if open => {}
+                None => {
+                    photon.end = END_NO_EXIT;
+                    return photon;
+                }
+                Some(exit) => {
+                    in_glass = false;
+                    photon.absorb((-medium.absorption * exit.hit.distance).exp());
+                    let back = &self.triangles[exit.triangle as usize];
+                    let exit_normal = back.interpolated_normal(&exit.hit);
+                    let second = cross_surface(ray.direction, -exit_normal, back, 1.0 / medium.index);
+                    if second.end != END_LANDED {
+                        photon.end = second.end;
+                        return photon;
+                    }
+                    let left = flux_part(photon.flux, part_from(1.0 - second.reflectance));
+                    photon.kept_inside = photon.flux - left;
+                    photon.flux = left;
+                    photon.absorb(medium.surface);
+                    ray = Ray {
+                        origin: ray.origin + exit.hit.distance * ray.direction,
+                        direction: second.direction,
+                    };
+                }
+            }
+        }
+
+        let landing = self.find_landing(ray);
+        photon.end = landing.end;
+        if landing.end != END_LANDED {
+            return photon;
+        }
+        photon.astray = landing.astray;
+        if in_glass && open {
+            photon.absorb((-medium.absorption * landing.distance).exp());
+        }
+        let weight = self.bands[(params.first_band + band) as usize].weight;
+        self.splat(&landing.at, weight.map(|w| flux_part(photon.flux, w)), map);
+        photon
+    }
+}
+
+/// Taps along one axis; `splat_taps` is at most 8.
+pub const MAX_TAPS: usize = 17;

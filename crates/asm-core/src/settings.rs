@@ -1,0 +1,177 @@
+//! What a caller may choose.
+
+use serde::{Deserialize, Serialize};
+use spectral_core::observer::{Observer, VISIBLE_NM};
+use spectral_core::wavelengths::{DEFAULT_RANGE_NM, Scheme};
+
+use crate::PlanError;
+
+/// How caustics are made.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Method {
+    /// Caustics mapping (Shah, Konttinen & Pattanaik), per wavelength.
+    #[default]
+    CausticsMap,
+}
+
+/// How a photon is put into the map.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Splat {
+    /// Into the one texel where it lands.
+    Point,
+    /// Over the texels round it.
+    Gaussian {
+        /// Reach to each side, texels, 1 to 8; the standard deviation is half of it.
+        radius: u32,
+    },
+}
+
+/// How `rayGeo` improves its guess of a landing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum LandingUpdate {
+    /// Shah's: the distance from the ray's origin to the surface that the light sees over the last guess.
+    Distance,
+    /// The ray's own crossing of the plane of that surface: exact in one step on a flat receiver.
+    #[default]
+    Plane,
+}
+
+/// How many interfaces refract.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Interfaces {
+    /// Only where light enters (Shah).
+    One,
+    /// Where it enters and where it leaves (Wyman 2005).
+    #[default]
+    Two,
+}
+
+/// Settings of a plan. The default is physical; [`Settings::shah`] is the tutorial's.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// How caustics are made.
+    pub method: Method,
+    /// Wavelengths per photon; `None` is 7. A line light always has one.
+    pub wavelengths: Option<u32>,
+    /// How they are chosen.
+    pub scheme: Scheme,
+    /// What from, nm; `None` is 380 to 780 for [`Scheme::Optimal`], whose nodes are placed for all that is visible, and 420
+    /// to 680 (SPECGEN's) for the others. Schemes with fixed wavelengths ignore it.
+    pub range_nm: Option<(f64, f64)>,
+    /// The colour-matching functions behind XYZ.
+    pub observer: Observer,
+    /// Texels of the emission view, along each side.
+    pub emission_size: u32,
+    /// Texels of the map, along each side; `None` is 512, or as many as the larger side of a bake.
+    pub map_size: Option<u32>,
+    /// Steps of `rayGeo`.
+    pub ray_geo_iterations: u32,
+    /// What a step is.
+    pub ray_geo_update: LandingUpdate,
+    /// Steps of the search for the back face.
+    pub exit_iterations: u32,
+    /// How many interfaces refract.
+    pub interfaces: Interfaces,
+    /// How a photon is put into the map.
+    pub splat: Splat,
+    /// Samples per texel of a bake and per pixel of a picture, along each side.
+    pub samples: u32,
+    /// Shah's intensity: every photon brings this times 4 / `emission_size` of the light's illuminance to its texel, instead
+    /// of its flux. `None` keeps energy.
+    pub shah_intensity: Option<f64>,
+    /// Shah's exponent on the map (1.3 in the tutorial). `None` keeps energy.
+    pub artistic_power: Option<f64>,
+    /// Which lights shine, by index; `None` is all.
+    pub lights: Option<Vec<usize>>,
+    /// Leave out what the scene does not call for.
+    pub prune: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            method: Method::CausticsMap,
+            wavelengths: None,
+            scheme: Scheme::Optimal,
+            range_nm: None,
+            observer: Observer::Cie1931,
+            emission_size: 512,
+            map_size: None,
+            ray_geo_iterations: 4,
+            ray_geo_update: LandingUpdate::Plane,
+            exit_iterations: 8,
+            interfaces: Interfaces::Two,
+            splat: Splat::Point,
+            samples: 4,
+            shah_intensity: None,
+            artistic_power: None,
+            lights: None,
+            prune: true,
+        }
+    }
+}
+
+impl Settings {
+    /// What the tutorial has: 100 x 100 vertices, one interface, one step of `rayGeo`, soft splats, its intensity of 1000 and its
+    /// exponent of 1.3. Energy is not kept.
+    pub fn shah() -> Self {
+        Self {
+            emission_size: 100,
+            ray_geo_iterations: 1,
+            ray_geo_update: LandingUpdate::Distance,
+            interfaces: Interfaces::One,
+            splat: Splat::Gaussian { radius: 2 },
+            shah_intensity: Some(1000.0),
+            artistic_power: Some(1.3),
+            ..Self::default()
+        }
+    }
+
+    /// Number of wavelengths.
+    pub fn wavelength_count(&self) -> u32 {
+        self.wavelengths.unwrap_or(7)
+    }
+
+    /// The range that wavelengths are chosen from, nm.
+    pub fn range_nm(&self) -> (f64, f64) {
+        self.range_nm.unwrap_or(if self.scheme == Scheme::Optimal { VISIBLE_NM } else { DEFAULT_RANGE_NM })
+    }
+
+    /// Checks what does not depend on the scene.
+    pub(crate) fn check(&self) -> Result<(), PlanError> {
+        check_count("emission_size", self.emission_size, 1, 16_384)?;
+        check_count("wavelengths", self.wavelength_count(), 1, 4096)?;
+        check_count("ray_geo_iterations", self.ray_geo_iterations, 1, 256)?;
+        check_count("exit_iterations", self.exit_iterations, 1, 256)?;
+        check_count("samples", self.samples, 1, 16)?;
+        if let Some(size) = self.map_size {
+            check_count("map_size", size, 1, 16_384)?;
+        }
+        if let Splat::Gaussian { radius } = self.splat {
+            check_count("splat radius", radius, 1, 8)?;
+        }
+        check_positive("shah_intensity", self.shah_intensity)?;
+        check_positive("artistic_power", self.artistic_power)
+    }
+}
+
+fn check_count(setting: &'static str, got: u32, min: u32, max: u32) -> Result<(), PlanError> {
+    if (min..=max).contains(&got) {
+        return Ok(());
+    }
+    Err(PlanError::Setting { setting, got: got.to_string(), expected: format!("{min} to {max}") })
+}
+
+fn check_positive(setting: &'static str, got: Option<f64>) -> Result<(), PlanError> {
+    match got {
+        Some(got) if !(got > 0.0 && got.is_finite()) => {
+            Err(PlanError::Setting { setting, got: got.to_string(), expected: "above 0 and finite".into() })
+        }
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,171 @@
+//! Host side of `shaders/shared/irradiance.wgsl`: light of one light at a point of an opaque surface.
+
+use bytemuck::{Pod, Zeroable};
+use frame_plan::cpu::TextureView;
+use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
+
+use super::light_views::locate;
+use super::triangle::{NOTHING, SAME_SURFACE, TRIANGLE_DOUBLE_SIDED, Triangle, visible_in_layer};
+use super::view::{Ray, View};
+
+/// A light as shading sees it; mirrors `Light` in `shaders/shared/irradiance.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Light {
+    /// XYZ lux for parallel rays, XYZ candela for rays from an eye.
+    pub xyz: Vec3,
+    /// Metres per working unit.
+    pub metres_per_unit: f32,
+    /// Unit axis of the cone.
+    pub spot_axis: Vec3,
+    /// Squared clamp(cosine * scale + offset) is the cone's falloff.
+    pub spot_scale: f32,
+    /// See `spot_scale`.
+    pub spot_offset: f32,
+    /// Dark beyond, working units; 0 has no end.
+    pub range: f32,
+    /// Distance of the front of the glass: nothing nearer is in the map.
+    pub landing_from: f32,
+    /// First of the views of all opaque surfaces.
+    pub direct_view: u32,
+    /// Number of those views.
+    pub direct_faces: u32,
+    /// First of the views of opaque surfaces behind the front of the glass.
+    pub landing_view: u32,
+    /// Number of those views; 0 where the light has no map.
+    pub landing_faces: u32,
+    /// View of everything round the glass.
+    pub emission_view: u32,
+}
+
+/// XYZ lux that reach a point, by light path.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Irradiance {
+    /// Light that met nothing before.
+    pub direct: Vec3,
+    /// Light that came through glass.
+    pub refracted: Vec3,
+}
+
+/// The globals that `irradiance_at` uses.
+#[derive(Clone, Copy)]
+pub struct Lookup<'a> {
+    /// `params.light`.
+    pub light: Light,
+    /// All triangles.
+    pub triangles: &'a [Triangle],
+    /// All views.
+    pub views: &'a [View],
+    /// Opaque surfaces.
+    pub direct_visibility: TextureView<'a>,
+    /// Opaque surfaces behind the front of the glass.
+    pub landing_visibility: TextureView<'a>,
+    /// Everything, in the emission view.
+    pub entry_visibility: TextureView<'a>,
+    /// The resolved map.
+    pub caustic: &'a [Vec4],
+}
+
+/// One of the four texels whose centres surround a point.
+fn surrounding_texel(texel: Vec2, size: UVec2, i: u32) -> UVec2 {
+    let corner = (texel - 0.5).floor().as_ivec2() + IVec2::new((i & 1) as i32, (i >> 1) as i32);
+    corner.clamp(IVec2::ZERO, size.as_ivec2() - 1).as_uvec2()
+}
+
+impl Lookup<'_> {
+    /// `to_light` starts at the point in question.
+    fn blocks(&self, visible: u32, own: u32, to_light: Ray, distance: f32) -> bool {
+        if visible == NOTHING || visible == own {
+            return false;
+        }
+        let hit = self.triangles[visible as usize - 1].plane_hit(to_light);
+        hit.inside() && hit.distance > SAME_SURFACE && hit.distance < distance
+    }
+
+    fn blocked_by_opaque(&self, p: Vec3, own: u32, to_light: Ray, distance: f32) -> bool {
+        let at = locate(self.views, self.light.direct_view, self.light.direct_faces, p);
+        if !at.found {
+            return false;
+        }
+        let size = self.views[at.view as usize].size;
+        (0..4).any(|i| {
+            let texel = surrounding_texel(at.texel, size, i);
+            self.blocks(visible_in_layer(&self.direct_visibility, texel, at.face), own, to_light, distance)
+        })
+    }
+
+    fn blocked_by_glass(&self, p: Vec3, own: u32, to_light: Ray, distance: f32) -> bool {
+        if self.light.landing_faces == 0 {
+            return false;
+        }
+        let view = &self.views[self.light.emission_view as usize];
+        let at = view.project(p);
+        view.holds(&at)
+            && (0..4).any(|i| {
+                let texel = surrounding_texel(at.texel, view.size, i);
+                self.blocks(self.entry_visibility.load_uint(texel.x, texel.y), own, to_light, distance)
+            })
+    }
+
+    /// The map at a point: bilinear, and only where the point is on the surface that the map's view sees.
+    fn caustic_at(&self, p: Vec3, own: u32, to_light: Ray, distance: f32) -> Vec3 {
+        if self.light.landing_faces == 0 || distance < self.light.landing_from - SAME_SURFACE {
+            return Vec3::ZERO;
+        }
+        let at = locate(self.views, self.light.landing_view, self.light.landing_faces, p);
+        if !at.found {
+            return Vec3::ZERO;
+        }
+        let size = self.views[at.view as usize].size;
+        let share = (at.texel - 0.5) - (at.texel - 0.5).floor();
+        let clear = distance - self.light.landing_from;
+        let mut sum = Vec3::ZERO;
+        for i in 0..4 {
+            let texel = surrounding_texel(at.texel, size, i);
+            let visible = visible_in_layer(&self.landing_visibility, texel, at.face);
+            if self.blocks(visible, own, to_light, clear) {
+                return Vec3::ZERO;
+            }
+            let weight = (if i & 1 == 1 { share.x } else { 1.0 - share.x })
+                * (if i & 2 == 2 { share.y } else { 1.0 - share.y });
+            let index = (at.face * size.y + texel.y) * size.x + texel.x;
+            sum += weight * self.caustic[index as usize].truncate();
+        }
+        sum
+    }
+
+    /// XYZ lux on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);
+    /// what falls on the back counts where the material is double-sided.
+    pub fn irradiance_at(&self, p: Vec3, normal: Vec3, own: u32) -> Irradiance {
+        let view = &self.views[self.light.direct_view as usize];
+        let light_ray = view.ray_through(p);
+        let mut cosine = -light_ray.direction.dot(normal);
+        if self.triangles[own as usize - 1].flags & TRIANGLE_DOUBLE_SIDED != 0 {
+            cosine = cosine.abs();
+        }
+        if cosine <= 0.0 {
+            return Irradiance::default();
+        }
+        let distance = (p - light_ray.origin).dot(light_ray.direction);
+        let to_light = Ray { origin: p, direction: -light_ray.direction };
+        let mut spread = cosine;
+        let mut end = 1e30;
+        if view.perspective == 1 {
+            let metres = distance * self.light.metres_per_unit;
+            spread = cosine / (metres * metres);
+            end = distance;
+        }
+        let mut direct = Vec3::ZERO;
+        let in_range = self.light.range == 0.0 || distance <= self.light.range;
+        if in_range
+            && !self.blocked_by_opaque(p, own, to_light, end)
+            && !self.blocked_by_glass(p, own, to_light, end)
+        {
+            let cone = (light_ray.direction.dot(self.light.spot_axis) * self.light.spot_scale
+                + self.light.spot_offset)
+                .clamp(0.0, 1.0);
+            direct = spread * cone * cone * self.light.xyz;
+        }
+        Irradiance { direct, refracted: spread * self.caustic_at(p, own, to_light, distance) }
+    }
+}

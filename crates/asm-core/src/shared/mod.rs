@@ -1,0 +1,9 @@
+//! Host side of `shaders/shared/`: one module per file, the same structs and functions in the same order.
+
+pub mod flux;
+pub mod irradiance;
+pub mod ledger;
+pub mod light_views;
+pub mod refract;
+pub mod triangle;
+pub mod view;

@@ -1,0 +1,170 @@
+//! What became of the light.
+
+use frame_plan::{DeviceInfo, ExecuteError, Executor, ResourceId, StepTime};
+use serde::{Deserialize, Serialize};
+
+use crate::shared::ledger::*;
+
+/// Flux of one wavelength in whole units, and the number of photons that carried it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Tally {
+    /// Units; [`LightStatistics::lumens_per_unit`] says what one is.
+    pub flux: u64,
+    /// Photons that had a part in it.
+    pub photons: u32,
+}
+
+/// The books of one wavelength: `aimed` = `missed` + `blocked` + `emitted`, and `emitted` is the sum of all that follows but
+/// `astray`, exactly.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Ledger {
+    /// Through the emission view.
+    pub aimed: Tally,
+    /// What the texel shows first is not glass.
+    pub missed: Tally,
+    /// Something opaque stands in front of glass.
+    pub blocked: Tally,
+    /// That met glass first.
+    pub emitted: Tally,
+    /// At the entry, Fresnel.
+    pub reflected: Tally,
+    /// At the exit, Fresnel: internal reflections are not followed.
+    pub kept_inside: Tally,
+    /// In the glass and at its surfaces.
+    pub absorbed: Tally,
+    /// On the map.
+    pub landed: Tally,
+    /// Part of landed: put down away from the surface, image space had not converged.
+    pub astray: Tally,
+    /// No texel of the map shows the place and side where it arrives.
+    pub outside_map: Tally,
+    /// Leads away from every surface that the light sees.
+    pub escaped: Tally,
+    /// Total internal reflection.
+    pub total_reflection: Tally,
+    /// The interpolated normal sends it through the wrong side of its facet.
+    pub wrong_side: Tally,
+    /// No back face of a closed refractor in the image.
+    pub no_exit: Tally,
+}
+
+impl Ledger {
+    /// From the words of one wavelength, [`LEDGER_ROWS`] x [`LEDGER_WORDS`].
+    pub(crate) fn from_words(words: &[u32]) -> Self {
+        let row = |row: usize| {
+            let w = &words[LEDGER_WORDS * row..];
+            Tally { flux: u64::from(w[0]) | u64::from(w[1]) << 32, photons: w[2] }
+        };
+        let end = |end: u32| row(LEDGER_FIRST_END + end as usize);
+        Self {
+            aimed: row(LEDGER_AIMED),
+            missed: end(END_MISSED),
+            blocked: end(END_BLOCKED),
+            emitted: row(LEDGER_EMITTED),
+            reflected: row(LEDGER_REFLECTED),
+            kept_inside: row(LEDGER_KEPT_INSIDE),
+            absorbed: row(LEDGER_ABSORBED),
+            landed: end(END_LANDED),
+            astray: row(LEDGER_ASTRAY),
+            outside_map: end(END_OUTSIDE_MAP),
+            escaped: end(END_ESCAPED),
+            total_reflection: end(END_TOTAL),
+            wrong_side: end(END_WRONG_SIDE),
+            no_exit: end(END_NO_EXIT),
+        }
+    }
+
+    /// Everything that emitted light can become.
+    pub fn accounted(&self) -> u64 {
+        [
+            self.reflected,
+            self.kept_inside,
+            self.absorbed,
+            self.landed,
+            self.outside_map,
+            self.escaped,
+            self.total_reflection,
+            self.wrong_side,
+            self.no_exit,
+        ]
+        .iter()
+        .map(|t| t.flux)
+        .sum()
+    }
+
+    /// Both sums hold.
+    pub fn balances(&self) -> bool {
+        self.accounted() == self.emitted.flux
+            && self.missed.flux + self.blocked.flux + self.emitted.flux == self.aimed.flux
+    }
+}
+
+/// One light's photons.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct LightStatistics {
+    /// The light's name.
+    pub name: String,
+    /// Vacuum wavelengths, nm.
+    pub wavelengths_nm: Vec<f64>,
+    /// Lumens that one unit of flux stands for at each wavelength.
+    pub lumens_per_unit: Vec<f64>,
+    /// The books of each wavelength.
+    pub ledgers: Vec<Ledger>,
+}
+
+/// What a frame did and how long it took.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Statistics {
+    /// Who did the work.
+    pub device: DeviceInfo,
+    /// Photons that met glass, over all wavelengths and lights.
+    pub photons: u64,
+    /// The lights that had photons.
+    pub lights: Vec<LightStatistics>,
+    /// Milliseconds per step; empty where the device cannot measure.
+    pub step_times: Vec<StepTime>,
+}
+
+/// What the host keeps to read one light's part of the ledger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct LightBooks {
+    pub(crate) name: String,
+    pub(crate) first_band: u32,
+    pub(crate) wavelengths_nm: Vec<f64>,
+    pub(crate) lumens_per_unit: Vec<f64>,
+}
+
+/// What the host keeps to read the ledger.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub(crate) struct Books {
+    pub(crate) ledger: Option<ResourceId>,
+    pub(crate) lights: Vec<LightBooks>,
+}
+
+impl Books {
+    pub(crate) fn read(&self, executor: &mut dyn Executor) -> Result<Statistics, ExecuteError> {
+        let words: Vec<u32> = match self.ledger {
+            Some(ledger) => {
+                executor.read(ledger)?.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
+            }
+            None => Vec::new(),
+        };
+        let lights: Vec<LightStatistics> = self
+            .lights
+            .iter()
+            .map(|light| LightStatistics {
+                name: light.name.clone(),
+                wavelengths_nm: light.wavelengths_nm.clone(),
+                lumens_per_unit: light.lumens_per_unit.clone(),
+                ledgers: words
+                    .chunks_exact(LEDGER_ROWS * LEDGER_WORDS)
+                    .skip(light.first_band as usize)
+                    .take(light.wavelengths_nm.len())
+                    .map(Ledger::from_words)
+                    .collect(),
+            })
+            .collect();
+        let photons = lights.iter().flat_map(|l| &l.ledgers).map(|l| u64::from(l.emitted.photons)).sum();
+        Ok(Statistics { device: executor.info().clone(), photons, lights, step_times: executor.step_times() })
+    }
+}

@@ -1,0 +1,222 @@
+//! Views of lights and cameras, fitted to what they must see.
+
+use glam::{DVec2, DVec3, UVec2, Vec2};
+use spectral_scene::{Camera, Light, LightShape};
+
+use crate::geometry::bounds;
+use crate::shared::view::View;
+use crate::{PlanError, WorkingSpace};
+
+/// Widest cone that one frustum takes; wider needs several views.
+pub(crate) const MAX_OPENING_DEG: f64 = 150.0;
+
+/// Farthest light with an eye, in radii of the scene: beyond, f32 positions at the light are coarser than texels.
+const MAX_LIGHT_RADII: f64 = 1e4;
+
+/// Near planes of eyes, as a share of the far plane: reversed float depth stays fine.
+const NEAR_SHARE: f64 = 1e-4;
+
+/// Faces of a cube of views overlap by this slope, so that no ray falls between two.
+const CUBE_OVERLAP: f64 = 1e-5;
+
+/// Where rays start, in working units.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Source {
+    /// Parallel rays along a unit direction.
+    Parallel(DVec3),
+    /// Rays from an eye.
+    Eye(DVec3),
+}
+
+impl Source {
+    pub(crate) fn of(light: &Light, space: &WorkingSpace) -> Result<Self, PlanError> {
+        let position_m = match light.shape {
+            LightShape::Directional { direction } => return Ok(Self::Parallel(direction.normalize())),
+            LightShape::Point { position_m, .. } | LightShape::Spot { position_m, .. } => position_m,
+        };
+        let eye = space.working_from_world(position_m);
+        let radii = eye.length();
+        if radii > MAX_LIGHT_RADII {
+            let light = light.name.clone();
+            return Err(PlanError::LightTooFar { light, radii, max_radii: MAX_LIGHT_RADII });
+        }
+        Ok(Self::Eye(eye))
+    }
+
+    /// Distance along rays to the nearest of the points, from the start plane of this light's views or its eye. For eyes
+    /// the distance to the points' bounds, since triangles may come nearer than their corners.
+    pub(crate) fn nearest(&self, points: impl Iterator<Item = DVec3>, reach: f64) -> f64 {
+        match *self {
+            Self::Parallel(direction) => {
+                points.map(|p| p.dot(direction) + start_depth(reach)).fold(f64::INFINITY, f64::min)
+            }
+            Self::Eye(eye) => {
+                bounds(points).map_or(f64::INFINITY, |(low, high)| eye.distance(eye.clamp(low, high)))
+            }
+        }
+    }
+}
+
+/// Depth in front of the origin where parallel rays start: before everything within `reach` of it.
+fn start_depth(reach: f64) -> f64 {
+    1.5 * reach
+}
+
+/// Unit right, up and forward, upright as far as that goes.
+fn axes(forward: DVec3) -> [DVec3; 3] {
+    let upright = if forward.y.abs() < 0.999 { DVec3::Y } else { DVec3::NEG_Z };
+    let right = forward.cross(upright).normalize();
+    [right, right.cross(forward), forward]
+}
+
+/// One view of the points, or six where a single frustum would be too wide.
+pub(crate) fn fit(
+    source: Source,
+    points: impl Iterator<Item = DVec3> + Clone,
+    size: UVec2,
+    reach: f64,
+) -> Vec<View> {
+    match source {
+        Source::Parallel(direction) => vec![fit_parallel(direction, points, size, reach)],
+        Source::Eye(eye) => match fit_frustum(eye, points, size, reach) {
+            Ok(view) => vec![view],
+            Err(_) => cube(eye, size, reach),
+        },
+    }
+}
+
+/// The one view of the points that an emission view must be.
+pub(crate) fn fit_one(
+    source: Source,
+    points: impl Iterator<Item = DVec3> + Clone,
+    size: UVec2,
+    reach: f64,
+    light: &str,
+) -> Result<View, PlanError> {
+    match source {
+        Source::Parallel(direction) => Ok(fit_parallel(direction, points, size, reach)),
+        Source::Eye(eye) => fit_frustum(eye, points, size, reach).map_err(|opening_deg| {
+            PlanError::LightTooClose { light: light.into(), opening_deg, max_deg: MAX_OPENING_DEG }
+        }),
+    }
+}
+
+/// Texels left free round what a view is fitted to, so that rounding cuts nothing off.
+const MARGIN_TEXELS: f64 = 0.5;
+
+/// A view's axes and planes in f64.
+struct Frame {
+    eye: DVec3,
+    axes: [DVec3; 3],
+    perspective: bool,
+    near: f64,
+    far: f64,
+}
+
+fn view(frame: &Frame, low: DVec2, high: DVec2, size: UVec2) -> View {
+    let texels = size.as_dvec2();
+    // Something to look at even where all points are in line.
+    let half = (0.5 * (high - low)).max(DVec2::splat(1e-6)) * (texels + 2.0 * MARGIN_TEXELS) / texels;
+    let [right, up, forward] = frame.axes.map(|a| a.as_vec3());
+    View {
+        eye: frame.eye.as_vec3(),
+        perspective: u32::from(frame.perspective),
+        right,
+        near: frame.near as f32,
+        up,
+        far: frame.far as f32,
+        forward,
+        reserved: 0.0,
+        slope_center: (0.5 * (low + high)).as_vec2(),
+        slope_half: half.as_vec2(),
+        size,
+        texel_slope: (2.0 * half / texels).as_vec2(),
+    }
+}
+
+fn fit_parallel(direction: DVec3, points: impl Iterator<Item = DVec3>, size: UVec2, reach: f64) -> View {
+    let axes = axes(direction);
+    let across = points.map(|p| DVec3::new(p.dot(axes[0]), p.dot(axes[1]), 0.0));
+    let (low, high) = bounds(across).unwrap_or_default();
+    let depth = start_depth(reach);
+    let frame = Frame {
+        eye: -depth * direction,
+        axes,
+        perspective: false,
+        near: depth - 1.1 * reach,
+        far: depth + 1.1 * reach,
+    };
+    view(&frame, low.truncate(), high.truncate(), size)
+}
+
+/// The opening in degrees as an error where it is too wide.
+fn fit_frustum(
+    eye: DVec3,
+    points: impl Iterator<Item = DVec3> + Clone,
+    size: UVec2,
+    reach: f64,
+) -> Result<View, f64> {
+    let (low, high) = bounds(points.clone()).unwrap_or((eye + DVec3::NEG_Y, eye + DVec3::NEG_Y));
+    let middle = 0.5 * (low + high);
+    let Some(forward) = (middle - eye).try_normalize() else { return Err(360.0) };
+    if eye.cmpgt(low).all() && eye.cmplt(high).all() {
+        return Err(360.0);
+    }
+    let widest = points
+        .clone()
+        .filter_map(|p| (p - eye).try_normalize())
+        .map(|d| d.dot(forward).clamp(-1.0, 1.0).acos())
+        .fold(0.0, f64::max);
+    let opening_deg = 2.0 * widest.to_degrees();
+    if opening_deg > MAX_OPENING_DEG {
+        return Err(opening_deg);
+    }
+    let axes = axes(forward);
+    let slopes = points.map(|p| {
+        let local = p - eye;
+        DVec3::new(local.dot(axes[0]), local.dot(axes[1]), 0.0) / local.dot(forward).max(1e-9)
+    });
+    let (low, high) = bounds(slopes).unwrap_or_default();
+    let far = 1.1 * (eye.length() + reach);
+    let frame = Frame { eye, axes, perspective: true, near: NEAR_SHARE * far, far };
+    Ok(view(&frame, low.truncate(), high.truncate(), size))
+}
+
+/// Six square frusta round an eye.
+fn cube(eye: DVec3, size: UVec2, reach: f64) -> Vec<View> {
+    let far = 1.1 * (eye.length() + reach);
+    let half = DVec2::splat(1.0 + CUBE_OVERLAP);
+    [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z]
+        .map(|forward| {
+            let frame = Frame { eye, axes: axes(forward), perspective: true, near: NEAR_SHARE * far, far };
+            view(&frame, -half, half, size)
+        })
+        .to_vec()
+}
+
+/// A camera's view of a picture of `size` pixels.
+pub(crate) fn camera_view(camera: &Camera, size: UVec2, space: &WorkingSpace, reach: f64) -> View {
+    let world_from_camera = camera.world_from_camera;
+    let [right, up, backward] =
+        [world_from_camera.x_axis, world_from_camera.y_axis, world_from_camera.z_axis]
+            .map(|a| a.truncate().normalize());
+    let eye = space.working_from_world(world_from_camera.w_axis.truncate());
+    let tan = (0.5 * camera.yfov_rad).tan();
+    let half = DVec2::new(tan * f64::from(size.x) / f64::from(size.y), tan);
+    let far = 1.1 * (eye.length() + reach);
+    let near = (camera.znear_m / space.metres_per_unit).clamp(1e-6 * far, 0.5 * far);
+    View {
+        eye: eye.as_vec3(),
+        perspective: 1,
+        right: right.as_vec3(),
+        near: near as f32,
+        up: up.as_vec3(),
+        far: far as f32,
+        forward: -backward.as_vec3(),
+        reserved: 0.0,
+        slope_center: Vec2::ZERO,
+        slope_half: half.as_vec2(),
+        size,
+        texel_slope: (2.0 * half / size.as_dvec2()).as_vec2(),
+    }
+}

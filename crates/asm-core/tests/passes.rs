@@ -1,0 +1,66 @@
+//! Passes against their WGSL, through naga.
+
+use asm_core::PASSES;
+use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
+use asm_core::passes::photon_trace::{Band, Optics, PHOTON_TRACE, PhotonTrace};
+use asm_core::passes::receiver_bake::{RECEIVER_BAKE, ReceiverBake};
+use asm_core::passes::uv_visibility::{UV_VISIBILITY, UvVisibility};
+use asm_core::passes::visibility::{VISIBILITY, Visibility};
+use asm_core::shared::irradiance::Light;
+use asm_core::shared::triangle::Triangle;
+use asm_core::shared::view::View;
+use frame_plan::layout;
+use frame_plan::reflect::{HostLayout, check_layout, check_pass};
+
+#[test]
+fn every_pass_matches_its_wgsl() {
+    for pass in PASSES.0 {
+        check_pass(pass).unwrap();
+    }
+}
+
+fn view() -> HostLayout {
+    layout!(View as "View" {
+        eye, perspective, right, near, up, far, forward, reserved, slope_center, slope_half, size, texel_slope,
+    })
+}
+
+fn triangle() -> HostLayout {
+    layout!(Triangle as "Triangle" { p0, material, p1, object, p2, flags, n0, reserved0, n1, reserved1, n2, reserved2 })
+}
+
+fn light() -> HostLayout {
+    layout!(Light as "Light" {
+        xyz, metres_per_unit, spot_axis, spot_scale, spot_offset, range, landing_from, direct_view, direct_faces,
+        landing_view, landing_faces, emission_view,
+    })
+}
+
+#[test]
+fn every_struct_has_the_layout_of_its_wgsl() {
+    let checks = [
+        (&VISIBILITY, layout!(Visibility as "Visibility" { view, first_triangle, faces, from_distance })),
+        (&VISIBILITY, view()),
+        (&VISIBILITY, triangle()),
+        (
+            &UV_VISIBILITY,
+            layout!(UvVisibility as "UvVisibility" { first_triangle, reserved0, reserved1, reserved2 }),
+        ),
+        (
+            &PHOTON_TRACE,
+            layout!(PhotonTrace as "PhotonTrace" {
+                emission_view, landing_view, landing_faces, first_band, materials, interfaces, exit_iterations,
+                landing_iterations, landing_update, splat_taps, splat_sigma, exit_start, landing_center, range, spot_axis,
+                spot_scale, spot_offset, reserved0, reserved1, reserved2,
+            }),
+        ),
+        (&PHOTON_TRACE, layout!(Band as "Band" { weight, reserved })),
+        (&PHOTON_TRACE, layout!(Optics as "Optics" { index, absorption, surface, reserved })),
+        (&MAP_RESOLVE, layout!(MapResolve as "MapResolve" { view, faces, scale, power })),
+        (&RECEIVER_BAKE, layout!(ReceiverBake as "ReceiverBake" { light, size, samples, first_triangle })),
+        (&RECEIVER_BAKE, light()),
+    ];
+    for (pass, layout) in checks {
+        check_layout(pass, &layout).unwrap();
+    }
+}

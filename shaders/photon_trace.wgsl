@@ -1,0 +1,421 @@
+// Shah's caustics mapping, one photon per texel of the light's emission view and wavelength: refract at the entry, find
+// and refract at the exit, find the landing, add the flux to the map. Host side: `passes/photon_trace.rs`.
+//
+// band      one wavelength of one light
+// entry     where the light meets glass first
+// exit      where it leaves the same glass again
+// landing   where it meets an opaque surface
+
+struct PhotonTrace {
+    emission_view: u32,
+    landing_view: u32,
+    landing_faces: u32,
+    first_band: u32,          // of this light, in `bands` and `ledger`
+    materials: u32,           // row length of `optics`
+    interfaces: u32,          // 1: only the entry refracts (Shah); 2: the exit too
+    exit_iterations: u32,
+    landing_iterations: u32,
+    landing_update: u32,      // LANDING_*
+    splat_taps: u32,          // texels to each side of the landing's; 0 is a point
+    splat_sigma: f32,         // standard deviation, texels
+    exit_start: f32,          // a distance inside glass to try where the entry's texel shows no back face
+    landing_center: vec3<f32>, // of the receivers' bounds
+    range: f32,               // light beyond this distance is dark; 0 has no end
+    spot_axis: vec3<f32>,
+    spot_scale: f32,          // squared clamp(cosine * scale + offset) is the cone's falloff
+    spot_offset: f32,
+    reserved0: u32,
+    reserved1: u32,
+    reserved2: u32,
+}
+
+const LANDING_DISTANCE: u32 = 0u; // Shah's update: the distance of the surface point below the last guess
+const LANDING_PLANE: u32 = 1u;    // the ray against the plane of the triangle below the last guess
+
+struct Band {
+    weight: vec3<u32>, // XYZ as parts, see flux.wgsl
+    reserved: u32,
+}
+
+struct Optics {
+    index: f32,       // refractive index at a band's wavelength
+    absorption: f32,  // per working unit
+    surface: f32,     // share of refracted light that the surface lets pass
+    reserved: f32,
+}
+
+@group(0) @binding(0) var<uniform> params: PhotonTrace;
+@group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
+@group(0) @binding(2) var<storage, read> views: array<View>;
+@group(0) @binding(3) var<storage, read> bands: array<Band>;
+@group(0) @binding(4) var<storage, read> optics: array<Optics>; // band * materials + material
+@group(0) @binding(5) var entry_visibility: texture_2d<u32>;
+@group(0) @binding(6) var exit_visibility: texture_2d<u32>;
+@group(0) @binding(7) var landing_visibility: texture_2d_array<u32>;
+@group(0) @binding(8) var<storage, read_write> map: array<atomic<u32>>;
+@group(0) @binding(9) var<storage, read_write> ledger: array<atomic<u32>>;
+
+struct Photon {
+    end: u32,         // END_*
+    aimed: u32,
+    flux: u32,        // what is left at the end
+    reflected: u32,
+    kept_inside: u32,
+    absorbed: u32,
+    astray: bool,
+}
+
+struct Exit {
+    found: bool,
+    triangle: u32,
+    hit: PlaneHit,
+}
+
+// The nearest back face of `object` along a ray that has entered it: the plane of the back face under the last guess,
+// again and again. A guess inside its triangle is the answer; else the nearest plane, which is right for convex bodies.
+fn find_exit(view: View, ray: Ray, object: u32) -> Exit {
+    var best = Exit(false, 0u, PlaneHit(false, 0.0, 0.0, 0.0, 0.0));
+    var last = NOTHING;
+    var distance = 0.0;
+    for (var i = 0u; i < params.exit_iterations; i++) {
+        let at = view_project(view, ray.origin + distance * ray.direction).texel;
+        let texel = vec2<i32>(clamp(at, vec2<f32>(0.0), vec2<f32>(view.size) - 1.0));
+        let visible = textureLoad(exit_visibility, texel, 0).r;
+        if visible != NOTHING && visible == last {
+            break;
+        }
+        last = visible;
+        var usable = false;
+        if visible != NOTHING && triangles[visible - 1u].object == object {
+            let hit = plane_hit(triangles[visible - 1u], ray);
+            usable = hit.crosses && hit.facing > 0.0 && hit.distance > 0.0;
+            if usable {
+                distance = hit.distance;
+                let contained = inside(hit);
+                if contained || !best.found || distance < best.hit.distance {
+                    best = Exit(true, visible - 1u, hit);
+                }
+                if contained {
+                    break;
+                }
+            }
+        }
+        if !usable {
+            distance = select(0.5 * distance, params.exit_start, i == 0u);
+        }
+    }
+    return best;
+}
+
+struct Landing {
+    end: u32, // END_LANDED, END_OUTSIDE_MAP or END_ESCAPED
+    at: Located,
+    distance: f32,
+    astray: bool,
+}
+
+fn landing_triangle(at: Located) -> u32 {
+    let visible = textureLoad(landing_visibility, vec2<i32>(at.texel), i32(at.face), 0).r;
+    if visible != NOTHING {
+        return visible;
+    }
+    let middle = vec2<i32>(views[at.view].size / 2u);
+    return textureLoad(landing_visibility, middle, i32(at.face), 0).r;
+}
+
+// Shah's rayGeo: project the guess into the light's view, see what surface is there, guess again.
+fn find_landing(ray: Ray) -> Landing {
+    var distance = max(dot(params.landing_center - ray.origin, ray.direction), 0.0);
+    for (var i = 0u; i < params.landing_iterations; i++) {
+        let guess = ray.origin + distance * ray.direction;
+        let at = locate_clamped(params.landing_view, params.landing_faces, guess);
+        var visible = NOTHING;
+        if at.found {
+            visible = landing_triangle(at);
+        }
+        if visible == NOTHING {
+            distance *= 0.5;
+            continue;
+        }
+        let ahead = plane_hit(triangles[visible - 1u], ray);
+        if params.landing_update == LANDING_PLANE && ahead.crosses && ahead.distance >= 0.0 {
+            distance = ahead.distance;
+            continue;
+        }
+        let light_ray = view_ray_through(views[at.view], guess);
+        let below = plane_hit(triangles[visible - 1u], light_ray);
+        if below.crosses {
+            distance = length(light_ray.origin + below.distance * light_ray.direction - ray.origin);
+        }
+    }
+    let point = ray.origin + distance * ray.direction;
+    let at = locate(params.landing_view, params.landing_faces, point);
+    if !at.found {
+        return Landing(END_OUTSIDE_MAP, at, distance, false);
+    }
+    let visible = textureLoad(landing_visibility, vec2<i32>(at.texel), i32(at.face), 0).r;
+    if visible == NOTHING {
+        return Landing(END_OUTSIDE_MAP, at, distance, false);
+    }
+    let hit = plane_hit(triangles[visible - 1u], ray);
+    if !hit.crosses || hit.distance < -SAME_SURFACE {
+        return Landing(END_ESCAPED, at, distance, false);
+    }
+    let light_hit = plane_hit(triangles[visible - 1u], view_ray_through(views[at.view], point));
+    if hit.facing * light_hit.facing <= 0.0 {
+        return Landing(END_OUTSIDE_MAP, at, distance, false);
+    }
+    return Landing(END_LANDED, at, distance, abs(hit.distance - distance) > 0.01 * distance + SAME_SURFACE);
+}
+
+fn map_add(index: u32, value: u32) {
+    if value == 0u {
+        return;
+    }
+    let before = atomicAdd(&map[2u * index], value);
+    if before + value < value {
+        atomicAdd(&map[2u * index + 1u], 1u);
+    }
+}
+
+const MAX_TAPS: u32 = 17u; // splat_taps to each side, at most 8
+
+// Adds `deposit` to the map round `at`; the taps of a Gaussian are differences of rounded cumulative shares, so they sum to
+// the deposit. Taps beyond the map's edge fall on its last texel.
+fn splat(at: Located, deposit: vec3<u32>) {
+    let size = vec2<i32>(views[at.view].size);
+    let center = vec2<i32>(at.texel);
+    let face = i32(at.face) * size.x * size.y;
+    if params.splat_taps == 0u {
+        let index = u32(face + center.y * size.x + center.x);
+        for (var c = 0u; c < 3u; c++) {
+            map_add(3u * index + c, deposit[c]);
+        }
+        return;
+    }
+    let taps = 2u * params.splat_taps + 1u;
+    let offset = at.texel - floor(at.texel) - 0.5 + f32(params.splat_taps);
+    let sharpness = -0.5 / (params.splat_sigma * params.splat_sigma);
+    var share_x: array<u32, MAX_TAPS>;
+    var share_y: array<u32, MAX_TAPS>;
+    var sum = vec2<f32>(0.0);
+    for (var i = 0u; i < taps; i++) {
+        let d = vec2<f32>(f32(i)) - offset;
+        sum += exp(sharpness * d * d);
+    }
+    var running = vec2<f32>(0.0);
+    for (var i = 0u; i < taps; i++) {
+        let d = vec2<f32>(f32(i)) - offset;
+        running += exp(sharpness * d * d);
+        let last = i + 1u == taps;
+        share_x[i] = select(part_from(running.x / sum.x), WHOLE, last);
+        share_y[i] = select(part_from(running.y / sum.y), WHOLE, last);
+    }
+    for (var c = 0u; c < 3u; c++) {
+        var before_y = 0u;
+        for (var j = 0u; j < taps; j++) {
+            let until_y = flux_part(deposit[c], share_y[j]);
+            let row = until_y - before_y;
+            before_y = until_y;
+            let y = clamp(center.y + i32(j) - i32(params.splat_taps), 0, size.y - 1);
+            var before_x = 0u;
+            for (var i = 0u; i < taps; i++) {
+                let until_x = flux_part(row, share_x[i]);
+                let x = clamp(center.x + i32(i) - i32(params.splat_taps), 0, size.x - 1);
+                map_add(3u * u32(face + y * size.x + x) + c, until_x - before_x);
+                before_x = until_x;
+            }
+        }
+    }
+}
+
+fn spot_falloff(direction: vec3<f32>) -> f32 {
+    let cone = clamp(dot(direction, params.spot_axis) * params.spot_scale + params.spot_offset, 0.0, 1.0);
+    return cone * cone;
+}
+
+struct Crossing {
+    end: u32, // END_LANDED where light passes
+    direction: vec3<f32>,
+    reflectance: f32,
+}
+
+// Light through a facet with a normal on the side it comes from. No step in the index is no interface, however the
+// interpolated normal leans.
+fn cross_surface(direction: vec3<f32>, normal: vec3<f32>, facet: Triangle, eta: f32) -> Crossing {
+    if eta == 1.0 {
+        return Crossing(END_LANDED, direction, 0.0);
+    }
+    if dot(direction, normal) >= 0.0 {
+        return Crossing(END_WRONG_SIDE, direction, 0.0);
+    }
+    let refraction = refract_light(direction, normal, eta);
+    if refraction.total {
+        return Crossing(END_TOTAL, direction, 1.0);
+    }
+    let n = cross(facet.p1 - facet.p0, facet.p2 - facet.p0);
+    if dot(refraction.direction, n) * dot(direction, n) <= 0.0 {
+        return Crossing(END_WRONG_SIDE, direction, 0.0);
+    }
+    return Crossing(END_LANDED, refraction.direction, refraction.reflectance);
+}
+
+fn absorb(photon: Photon, passes: f32) -> Photon {
+    var after = photon;
+    after.flux = flux_part(photon.flux, part_from(passes));
+    after.absorbed += photon.flux - after.flux;
+    return after;
+}
+
+fn trace(texel: vec2<u32>, band: u32) -> Photon {
+    let view = views[params.emission_view];
+    let light_ray = view_ray(view, vec2<f32>(texel) + 0.5);
+    let aimed = u32(QUANTUM * view_texel_measure(view, texel) * spot_falloff(light_ray.direction) + 0.5);
+    var photon = Photon(END_MISSED, aimed, aimed, 0u, 0u, 0u, false);
+
+    let visible = textureLoad(entry_visibility, vec2<i32>(texel), 0).r;
+    if visible == NOTHING {
+        return photon;
+    }
+    let front = triangles[visible - 1u];
+    if (front.flags & TRIANGLE_REFRACTS) == 0u {
+        if textureLoad(exit_visibility, vec2<i32>(texel), 0).r != NOTHING {
+            photon.end = END_BLOCKED;
+        }
+        return photon;
+    }
+    let hit = plane_hit(front, light_ray);
+    if !hit.crosses || (params.range > 0.0 && hit.distance > params.range) {
+        return photon;
+    }
+
+    let medium = optics[(params.first_band + band) * params.materials + front.material];
+    let entering = hit.facing < 0.0;
+    let entry_normal = select(-1.0, 1.0, entering) * interpolated_normal(front, hit);
+    let first = cross_surface(light_ray.direction, entry_normal, front, select(1.0 / medium.index, medium.index, entering));
+    if first.end != END_LANDED {
+        photon.end = first.end;
+        return photon;
+    }
+    photon.flux = flux_part(aimed, part_from(1.0 - first.reflectance));
+    photon.reflected = aimed - photon.flux;
+    photon = absorb(photon, medium.surface);
+    var ray = Ray(light_ray.origin + hit.distance * light_ray.direction, first.direction);
+
+    let open = (front.flags & TRIANGLE_OPEN) != 0u;
+    var in_glass = entering;
+    if entering && params.interfaces == 2u {
+        let exit = find_exit(view, ray, front.object);
+        if !exit.found && !open {
+            photon.end = END_NO_EXIT;
+            return photon;
+        }
+        if exit.found {
+            in_glass = false;
+            photon = absorb(photon, exp(-medium.absorption * exit.hit.distance));
+            let back = triangles[exit.triangle];
+            let second = cross_surface(ray.direction, -interpolated_normal(back, exit.hit), back, 1.0 / medium.index);
+            if second.end != END_LANDED {
+                photon.end = second.end;
+                return photon;
+            }
+            let left = flux_part(photon.flux, part_from(1.0 - second.reflectance));
+            photon.kept_inside = photon.flux - left;
+            photon.flux = left;
+            photon = absorb(photon, medium.surface);
+            ray = Ray(ray.origin + exit.hit.distance * ray.direction, second.direction);
+        }
+    }
+
+    let landing = find_landing(ray);
+    photon.end = landing.end;
+    if landing.end != END_LANDED {
+        return photon;
+    }
+    photon.astray = landing.astray;
+    if in_glass && open {
+        photon = absorb(photon, exp(-medium.absorption * landing.distance));
+    }
+    let weight = bands[params.first_band + band].weight;
+    splat(landing.at, vec3<u32>(
+        flux_part(photon.flux, weight.x),
+        flux_part(photon.flux, weight.y),
+        flux_part(photon.flux, weight.z),
+    ));
+    return photon;
+}
+
+const PHOTONS: u32 = 64u; // per workgroup
+
+var<workgroup> ends: array<u32, PHOTONS>;              // END_*, LEDGER_ROWS beside the grid
+var<workgroup> fluxes: array<vec4<u32>, PHOTONS>;      // aimed, reflected, kept inside, absorbed
+var<workgroup> remaining: array<vec2<u32>, PHOTONS>;   // left at the end, astray
+
+fn entry_of_row(row: u32, i: u32) -> vec2<u32> { // flux, photons
+    let end = ends[i];
+    if end == LEDGER_ROWS {
+        return vec2<u32>(0u);
+    }
+    switch row {
+        case LEDGER_AIMED: {
+            return vec2<u32>(fluxes[i].x, 1u);
+        }
+        case LEDGER_EMITTED: {
+            let emitted = end != END_MISSED && end != END_BLOCKED;
+            return select(vec2<u32>(0u), vec2<u32>(fluxes[i].x, 1u), emitted);
+        }
+        case LEDGER_REFLECTED: {
+            return vec2<u32>(fluxes[i].y, u32(fluxes[i].y != 0u));
+        }
+        case LEDGER_KEPT_INSIDE: {
+            return vec2<u32>(fluxes[i].z, u32(fluxes[i].z != 0u));
+        }
+        case LEDGER_ABSORBED: {
+            return vec2<u32>(fluxes[i].w, u32(fluxes[i].w != 0u));
+        }
+        case LEDGER_ASTRAY: {
+            return vec2<u32>(remaining[i].x, 1u) * remaining[i].y;
+        }
+        default: {
+            return select(vec2<u32>(0u), vec2<u32>(remaining[i].x, 1u), end == row - LEDGER_FIRST_END);
+        }
+    }
+}
+
+@compute @workgroup_size(8, 8, 1)
+fn photon_trace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    ends[local] = LEDGER_ROWS;
+    let size = views[params.emission_view].size;
+    if id.x < size.x && id.y < size.y {
+        let photon = trace(id.xy, id.z);
+        ends[local] = photon.end;
+        fluxes[local] = vec4<u32>(photon.aimed, photon.reflected, photon.kept_inside, photon.absorbed);
+        remaining[local] = vec2<u32>(photon.flux, u32(photon.astray));
+    }
+    workgroupBarrier();
+    if local >= LEDGER_ROWS {
+        return;
+    }
+    var low = 0u;
+    var high = 0u;
+    var photons = 0u;
+    for (var i = 0u; i < PHOTONS; i++) {
+        let entry = entry_of_row(local, i);
+        low += entry.x;
+        if low < entry.x {
+            high += 1u;
+        }
+        photons += entry.y;
+    }
+    let index = LEDGER_WORDS * (LEDGER_ROWS * (params.first_band + id.z) + local);
+    let before = atomicAdd(&ledger[index], low);
+    if before + low < low {
+        high += 1u;
+    }
+    if high != 0u {
+        atomicAdd(&ledger[index + 1u], high);
+    }
+    if photons != 0u {
+        atomicAdd(&ledger[index + 2u], photons);
+    }
+}
