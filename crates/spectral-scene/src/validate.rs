@@ -1,11 +1,15 @@
 //! What every consumer may rely on.
 
-use glam::DMat3;
+use glam::{DMat3, DVec3};
 
 use crate::{LightShape, Mesh, Scene};
 
 /// Unit vectors may be off by this much: an f32 normal is within 1e-7, one quantised by an exporter within 1e-3.
 const UNIT_TOLERANCE: f64 = 2e-3;
+
+/// Nothing lies farther out, metres: a squared triangle area still fits into f32.
+const MAX_COORDINATE_M: f64 = 1e9;
+const REACH: &str = "finite and within 1e9 m of the origin";
 
 /// What [`Scene::validate`] counted on its way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -62,8 +66,8 @@ pub enum SceneError {
 
 impl Scene {
     /// Checks everything that consumers rely on: indices in range, lists of equal length, finite numbers, unit
-    /// normals and directions, invertible transforms, factors between 0 and 1. Empty scenes are valid, open
-    /// meshes and triangles without area are too.
+    /// normals and directions, invertible transforms, places within 1e9 m of the origin, factors between 0 and 1.
+    /// Empty scenes are valid; open meshes and triangles without area are too.
     ///
     /// # Errors
     /// The first thing found wrong, as a [`SceneError`].
@@ -84,7 +88,7 @@ impl Scene {
         for (i, camera) in self.cameras.iter().enumerate() {
             let at = |field: &str| format!("cameras[{i}].{field}");
             let m = DMat3::from_mat4(camera.world_from_camera);
-            let rigid = camera.world_from_camera.is_finite()
+            let rigid = within_reach(camera.world_from_camera.w_axis.truncate())
                 && (m.transpose() * m).abs_diff_eq(DMat3::IDENTITY, UNIT_TOLERANCE)
                 && m.determinant() > 0.0;
             require(
@@ -112,6 +116,9 @@ impl Scene {
             m.is_finite() && determinant != 0.0 && determinant.is_finite() && m.row(3) == glam::DVec4::W;
         require(invertible, at("world_from_mesh"), m, "finite, affine and invertible")?;
         let world = self.world_mesh(i);
+        if let Some(p) = world.positions.iter().find(|p| !within_reach(**p)) {
+            return require(false, at("world vertex"), p, REACH);
+        }
         counts.triangles += world.triangles.len();
         counts.zero_area_triangles += world
             .triangles
@@ -186,7 +193,7 @@ impl Scene {
             }
         };
         if let Some(p) = position {
-            require(p.is_finite(), at("position_m"), p, "finite")?;
+            require(within_reach(p), at("position_m"), p, REACH)?;
         }
         if let Some(d) = direction {
             require((d.length() - 1.0).abs() <= UNIT_TOLERANCE, at("direction"), d, "a unit vector")?;
@@ -231,6 +238,11 @@ fn validate_mesh(mesh: &Mesh, at: &str) -> Result<(), SceneError> {
         }
     }
     Ok(())
+}
+
+fn within_reach(p: DVec3) -> bool {
+    // Not `max_element`: NaN must fail.
+    p.to_array().iter().all(|c| c.abs() <= MAX_COORDINATE_M)
 }
 
 fn in_range(at: impl ToString, index: usize, count: usize) -> Result<(), SceneError> {

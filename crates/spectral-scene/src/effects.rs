@@ -1,0 +1,400 @@
+//! What light transport a scene calls for, each effect with its reason.
+//!
+//! The questions are answered conservatively: an effect is off only if the scene cannot show it. What blocks
+//! the way between two things is not looked at.
+
+use glam::{DMat3, DVec3};
+use serde::{Deserialize, Serialize};
+use spectral_core::light::LightSpectrum;
+
+use crate::{Camera, Light, LightShape, Scene};
+
+/// Whether a scene calls for an effect, and why.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Effect {
+    /// The scene calls for it.
+    pub on: bool,
+    /// Why, or why not: names of objects, materials or lights.
+    pub reason: String,
+}
+
+/// The effects of a scene; see [`Effects::required_by`].
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Effects {
+    /// Surfaces that light passes through.
+    pub refraction: Effect,
+    /// A refractive index that depends on the wavelength.
+    pub dispersion: Effect,
+    /// Glass that takes colour out of light on its way.
+    pub absorption: Effect,
+    /// Light that leaves a refractor at its first outside reflection (the `reflected` layer of a bake). Metals
+    /// are named in the reason: they are opaque here, mirror caustics of metal are not simulated.
+    pub reflection: Effect,
+    /// Light redirected by a refractor that may land on a receiver.
+    pub caustics: Effect,
+    /// Objects that may stand between a light and a receiver.
+    pub shadows: Effect,
+    /// Glass in view of a camera, through which the scene behind is seen.
+    pub deferred_refraction: Effect,
+    /// Opaque surfaces with texture coordinates that light can reach, directly or by way of a refractor.
+    pub receivers: Effect,
+    /// Lights with a position, whose rays diverge.
+    pub point_or_spot_lights: Effect,
+    /// Lights other than white D65.
+    pub coloured_light: Effect,
+    /// Thin films: always off, not simulated yet.
+    pub iridescence: Effect,
+    /// Glass that scatters: always off, treated as smooth.
+    pub rough_glass: Effect,
+}
+
+impl Effects {
+    /// The effects that a valid scene calls for.
+    ///
+    /// # Panics
+    /// If an index in the scene is out of range; [`Scene::validate`] rules that out.
+    pub fn required_by(scene: &Scene) -> Self {
+        let survey = Survey::new(scene);
+        Self {
+            refraction: survey.refraction(),
+            dispersion: survey.dispersion(),
+            absorption: survey.absorption(),
+            reflection: survey.reflection(),
+            caustics: survey.caustics(),
+            shadows: survey.shadows(),
+            deferred_refraction: survey.deferred_refraction(),
+            receivers: survey.receivers(),
+            point_or_spot_lights: survey.point_or_spot_lights(),
+            coloured_light: survey.coloured_light(),
+            iridescence: survey.iridescence(),
+            rough_glass: survey.rough_glass(),
+        }
+    }
+
+    /// Every effect with its field's name, in the order of the fields.
+    pub fn iter(&self) -> impl Iterator<Item = (&'static str, &Effect)> {
+        [
+            ("refraction", &self.refraction),
+            ("dispersion", &self.dispersion),
+            ("absorption", &self.absorption),
+            ("reflection", &self.reflection),
+            ("caustics", &self.caustics),
+            ("shadows", &self.shadows),
+            ("deferred_refraction", &self.deferred_refraction),
+            ("receivers", &self.receivers),
+            ("point_or_spot_lights", &self.point_or_spot_lights),
+            ("coloured_light", &self.coloured_light),
+            ("iridescence", &self.iridescence),
+            ("rough_glass", &self.rough_glass),
+        ]
+        .into_iter()
+    }
+}
+
+fn on(reason: String) -> Effect {
+    Effect { on: true, reason }
+}
+
+fn off(reason: impl Into<String>) -> Effect {
+    Effect { on: false, reason: reason.into() }
+}
+
+/// On with all the reasons there are, off with `none` if there are none.
+fn on_if_any(reasons: Vec<String>, none: &str) -> Effect {
+    if reasons.is_empty() { off(none) } else { on(listed(reasons)) }
+}
+
+/// The first few entries, and how many more there are.
+fn listed(mut names: Vec<String>) -> String {
+    const SHOWN: usize = 6;
+    if names.len() > SHOWN {
+        let more = names.len() - SHOWN;
+        names.truncate(SHOWN);
+        names.push(format!("{more} more"));
+    }
+    names.join(", ")
+}
+
+const NO_REFRACTOR: &str = "no object transmits light";
+
+/// What the single questions have in common.
+struct Survey<'a> {
+    scene: &'a Scene,
+    /// Lights that give any light at all.
+    lights: Vec<&'a Light>,
+    refractors: Vec<usize>,
+    /// Refractors that a light may reach.
+    lit_refractors: Vec<usize>,
+    /// Receivers that a light may reach without detour.
+    lit_receivers: Vec<usize>,
+}
+
+impl<'a> Survey<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        let lights: Vec<&Light> =
+            scene.lights.iter().filter(|l| l.intensity > 0.0 && l.color.iter().any(|&c| c > 0.0)).collect();
+        let has_faces = |&i: &usize| !scene.meshes[scene.objects[i].mesh].triangles.is_empty();
+        let lit = |i: &usize| {
+            let sphere = Sphere::around(scene, *i);
+            lights.iter().any(|light| sphere.is_some_and(|s| s.may_be_lit(&light.shape)))
+        };
+        let refractors: Vec<usize> = scene.refractors().filter(has_faces).collect();
+        Self {
+            scene,
+            lit_refractors: refractors.iter().copied().filter(lit).collect(),
+            lit_receivers: scene.receivers().filter(has_faces).filter(lit).collect(),
+            refractors,
+            lights,
+        }
+    }
+
+    fn name(&self, object: usize) -> String {
+        format!("`{}`", self.scene.objects[object].name)
+    }
+
+    fn names(&self, objects: &[usize]) -> String {
+        listed(objects.iter().map(|&i| self.name(i)).collect())
+    }
+
+    /// One reason per refractor's material for which `reason` finds one.
+    fn of_glass(&self, reason: impl Fn(&crate::Material) -> Option<String>) -> Vec<String> {
+        let mut materials: Vec<usize> =
+            self.refractors.iter().map(|&i| self.scene.objects[i].material).collect();
+        materials.sort_unstable();
+        materials.dedup();
+        let material = |m| {
+            let material = &self.scene.materials[m];
+            reason(material).map(|reason| format!("`{}` {reason}", material.name))
+        };
+        materials.into_iter().filter_map(material).collect()
+    }
+
+    fn refraction(&self) -> Effect {
+        on_if_any(self.of_glass(|m| Some(format!("has n_d {:.4}", m.dispersion.n_d()))), NO_REFRACTOR)
+    }
+
+    fn dispersion(&self) -> Effect {
+        if self.refractors.is_empty() {
+            return off(NO_REFRACTOR);
+        }
+        let reasons = self.of_glass(|m| {
+            m.dispersion.is_dispersive().then(|| format!("has V_d {:.1}", m.dispersion.abbe_v_d()))
+        });
+        on_if_any(reasons, "every material has dispersion 0")
+    }
+
+    fn absorption(&self) -> Effect {
+        if self.refractors.is_empty() {
+            return off(NO_REFRACTOR);
+        }
+        let reasons = self.of_glass(|m| {
+            let a = m.attenuation.filter(|a| a.color != [1.0; 3])?;
+            let [r, g, b] = a.color;
+            Some(format!("leaves ({r}, {g}, {b}) after {} m", a.distance_m))
+        });
+        on_if_any(reasons, "no refractor attenuates")
+    }
+
+    fn reflection(&self) -> Effect {
+        let reasons = self.of_glass(|m| {
+            let n = m.dispersion.n_d();
+            let at_normal = ((n - 1.0) / (n + 1.0)).powi(2);
+            (n > 1.0 || m.dispersion.is_dispersive())
+                .then(|| format!("reflects {:.1} % at normal incidence", at_normal * 100.0))
+        });
+        let metals: Vec<usize> =
+            self.scene.opaque().filter(|&i| self.scene.material_of(i).metallic > 0.5).collect();
+        let mut effect = match &reasons[..] {
+            [] if self.refractors.is_empty() => off(NO_REFRACTOR),
+            [] => off("every refractor has the index of vacuum"),
+            _ => on(listed(reasons)),
+        };
+        if !metals.is_empty() {
+            effect.reason += &format!("; metal {} is treated as opaque", self.names(&metals));
+        }
+        effect
+    }
+
+    fn caustics(&self) -> Effect {
+        if self.refractors.is_empty() {
+            return off(NO_REFRACTOR);
+        }
+        if let Some(dark) = self.no_light() {
+            return dark;
+        }
+        if self.lit_refractors.is_empty() {
+            return off(format!("no light reaches {}", self.names(&self.refractors)));
+        }
+        if self.scene.receivers().next().is_none() {
+            return off("no opaque object has texture coordinates");
+        }
+        on(format!("{} in light", self.names(&self.lit_refractors)))
+    }
+
+    fn shadows(&self) -> Effect {
+        if let Some(dark) = self.no_light() {
+            return dark;
+        }
+        if self.lit_receivers.is_empty() {
+            return off("no receiver in light");
+        }
+        let opaque: Vec<usize> = self.scene.opaque().collect();
+        // A single flat receiver cannot shade itself.
+        if self.refractors.is_empty() && opaque.len() == 1 && self.is_flat(opaque[0]) {
+            return off(format!("nothing stands beside {}", self.name(opaque[0])));
+        }
+        let blockers: Vec<usize> = self.refractors.iter().copied().chain(opaque).collect();
+        on(format!("{} may block light", self.names(&blockers)))
+    }
+
+    fn is_flat(&self, object: usize) -> bool {
+        let mesh = self.scene.world_mesh(object);
+        let Some(&origin) = mesh.positions.first() else { return true };
+        let size = mesh.positions.iter().map(|p| p.distance(origin)).fold(0.0, f64::max);
+        let normals = mesh.triangles.iter().map(|t| {
+            let [a, b, c] = t.map(|v| mesh.positions[v as usize]);
+            (b - a).cross(c - a)
+        });
+        let normal = normals.max_by(|a, b| a.length_squared().total_cmp(&b.length_squared()));
+        let normal = normal.unwrap_or_default().normalize_or_zero();
+        mesh.positions.iter().all(|&p| (p - origin).dot(normal).abs() <= 1e-6 * size)
+    }
+
+    fn deferred_refraction(&self) -> Effect {
+        if self.refractors.is_empty() {
+            return off(NO_REFRACTOR);
+        }
+        if self.scene.cameras.is_empty() {
+            return off("no camera");
+        }
+        let seen = |camera: &Camera| -> Vec<usize> {
+            let in_view = |&i: &usize| Sphere::around(self.scene, i).is_some_and(|s| s.may_be_seen(camera));
+            self.refractors.iter().copied().filter(in_view).collect()
+        };
+        let reasons = self.scene.cameras.iter().filter_map(|camera| {
+            let seen = seen(camera);
+            (!seen.is_empty()).then(|| format!("`{}` sees {}", camera.name, self.names(&seen)))
+        });
+        on_if_any(reasons.collect(), "no camera sees a refractor")
+    }
+
+    fn receivers(&self) -> Effect {
+        let all: Vec<usize> = self.scene.receivers().collect();
+        if all.is_empty() {
+            return off("no opaque object has texture coordinates");
+        }
+        if let Some(dark) = self.no_light() {
+            return dark;
+        }
+        if !self.lit_refractors.is_empty() {
+            return on(format!(
+                "{} may catch light from {}",
+                self.names(&all),
+                self.names(&self.lit_refractors)
+            ));
+        }
+        if self.lit_receivers.is_empty() {
+            return off(format!("no light reaches {}", self.names(&all)));
+        }
+        on(format!("{} in light", self.names(&self.lit_receivers)))
+    }
+
+    fn point_or_spot_lights(&self) -> Effect {
+        let positioned = self.lights.iter().filter_map(|light| match light.shape {
+            LightShape::Directional { .. } => None,
+            LightShape::Point { .. } => Some(format!("`{}` is a point light", light.name)),
+            LightShape::Spot { .. } => Some(format!("`{}` is a spot light", light.name)),
+        });
+        let none = if self.lights.is_empty() { "no light" } else { "every light is directional" };
+        on_if_any(positioned.collect(), none)
+    }
+
+    fn coloured_light(&self) -> Effect {
+        let coloured = self.lights.iter().filter_map(|light| {
+            let what = match &light.spectrum {
+                spectrum if *spectrum == LightSpectrum::default() => return None,
+                LightSpectrum::UpsampledD65 { linear_srgb: [r, g, b], .. } if r == g && g == b => {
+                    return None;
+                }
+                LightSpectrum::UpsampledD65 { linear_srgb: [r, g, b], .. } => {
+                    format!("has the colour ({r}, {g}, {b})")
+                }
+                LightSpectrum::Illuminant(illuminant) => format!("is illuminant {illuminant}"),
+                LightSpectrum::BlackBody { cct_k } => format!("is a black body of {cct_k} K"),
+                LightSpectrum::Daylight { cct_k } => format!("is daylight of {cct_k} K"),
+                LightSpectrum::Line { lambda_nm } => format!("is a line at {lambda_nm} nm"),
+            };
+            Some(format!("`{}` {what}", light.name))
+        });
+        let none = if self.lights.is_empty() { "no light" } else { "every light is white D65" };
+        on_if_any(coloured.collect(), none)
+    }
+
+    fn iridescence(&self) -> Effect {
+        let films =
+            self.scene.materials.iter().filter(|m| m.iridescence.is_some_and(|film| film.factor > 0.0));
+        let films: Vec<String> = films.map(|m| format!("`{}`", m.name)).collect();
+        match films.is_empty() {
+            true => off("not simulated yet; no material is iridescent"),
+            false => off(format!("not simulated yet, though {} calls for it", listed(films))),
+        }
+    }
+
+    fn rough_glass(&self) -> Effect {
+        let rough = self.of_glass(|m| (m.roughness > 0.0).then(|| format!("(roughness {})", m.roughness)));
+        match rough.is_empty() {
+            true => off("not simulated yet; every refractor is smooth"),
+            false => off(format!("not simulated yet, {} is treated as smooth", listed(rough))),
+        }
+    }
+
+    fn no_light(&self) -> Option<Effect> {
+        self.lights.is_empty().then(|| off("no light"))
+    }
+}
+
+/// A sphere around an object's bounds.
+#[derive(Clone, Copy)]
+struct Sphere {
+    centre: DVec3,
+    radius: f64,
+}
+
+impl Sphere {
+    fn around(scene: &Scene, object: usize) -> Option<Self> {
+        let (low, high) = scene.bounds([object])?;
+        Some(Self { centre: (low + high) / 2.0, radius: low.distance(high) / 2.0 })
+    }
+
+    fn may_be_lit(&self, light: &LightShape) -> bool {
+        let near = |position: DVec3, range_m: Option<f64>| {
+            range_m.is_none_or(|range| position.distance(self.centre) <= range + self.radius)
+        };
+        match *light {
+            LightShape::Directional { .. } => true,
+            LightShape::Point { position_m, range_m } => near(position_m, range_m),
+            LightShape::Spot { position_m, direction, outer_cone_rad, range_m, .. } => {
+                near(position_m, range_m) && self.touches_cone(position_m, direction, outer_cone_rad)
+            }
+        }
+    }
+
+    fn may_be_seen(&self, camera: &Camera) -> bool {
+        // The picture's shape is not known yet: this circle encloses all up to 2.4 : 1.
+        let half_diagonal = ((camera.yfov_rad / 2.0).tan() * 1_f64.hypot(2.4)).atan();
+        let backward = DMat3::from_mat4(camera.world_from_camera).z_axis;
+        self.touches_cone(camera.world_from_camera.w_axis.truncate(), -backward, half_diagonal)
+    }
+
+    /// Whether the sphere reaches into a cone of half angle up to 90 degrees about a unit `axis`.
+    fn touches_cone(&self, apex: DVec3, axis: DVec3, half_angle: f64) -> bool {
+        let offset = self.centre - apex;
+        let distance = offset.length();
+        if distance <= self.radius {
+            return true;
+        }
+        // Both angles are seen from the apex: to the sphere's centre, and from there to its rim.
+        let to_centre = (offset.dot(axis) / distance).clamp(-1.0, 1.0).acos();
+        to_centre - (self.radius / distance).asin() <= half_angle
+    }
+}

@@ -1,0 +1,192 @@
+//! What scenes call for, and the reasons given.
+
+use glam::{DMat4, DVec3};
+use spectral_core::dispersion::Dispersion;
+use spectral_core::light::LightSpectrum;
+use spectral_scene::*;
+
+fn scene(name: &str) -> Scene {
+    bundled(name).unwrap_or_else(|| panic!("{name} is listed"))
+}
+
+fn on(scene: &Scene) -> Vec<&'static str> {
+    let effects = Effects::required_by(scene);
+    for (name, effect) in effects.iter() {
+        assert!(!effect.reason.is_empty(), "{name} gives no reason");
+    }
+    effects.iter().filter(|(_, effect)| effect.on).map(|(name, _)| name).collect()
+}
+
+const GLASS_IN_LIGHT: [&str; 7] =
+    ["refraction", "dispersion", "reflection", "caustics", "shadows", "deferred_refraction", "receivers"];
+
+#[test]
+fn every_bundled_scene_calls_for_what_it_shows() {
+    for &name in BUNDLED {
+        let mut expected = GLASS_IN_LIGHT.to_vec();
+        match name {
+            "sphere" | "sphere-fine" | "gem" => expected.push("coloured_light"),
+            "organic" | "water" => expected.insert(2, "absorption"),
+            "glass" => expected.push("point_or_spot_lights"),
+            _ => {}
+        }
+        assert_eq!(on(&scene(name)), expected, "{name}");
+    }
+}
+
+#[test]
+fn reasons_name_what_they_are_about() {
+    let effects = Effects::required_by(&scene("sphere"));
+    assert_eq!(effects.refraction.reason, "`glass` has n_d 1.5168");
+    assert_eq!(effects.coloured_light.reason, "`sun` is illuminant E");
+    assert_eq!(effects.absorption.reason, "no refractor attenuates");
+    assert_eq!(effects.deferred_refraction.reason, "`camera` sees `sphere`");
+    assert_eq!(effects.iridescence.reason, "not simulated yet; no material is iridescent");
+    let effects = Effects::required_by(&scene("glass"));
+    assert_eq!(effects.point_or_spot_lights.reason, "`spot` is a spot light");
+    assert_eq!(
+        effects.receivers.reason,
+        "`receiver`, `wall-back`, `wall-left`, `wall-right` may catch light from `glass`"
+    );
+}
+
+fn glass_of(scene: &mut Scene) -> &mut Material {
+    scene.materials.iter_mut().find(|m| m.is_refractor()).expect("glass")
+}
+
+#[test]
+fn without_dispersion_there_is_none() {
+    let mut scene = scene("sphere");
+    glass_of(&mut scene).dispersion = Dispersion::Constant { n: 1.5 };
+    let effects = Effects::required_by(&scene);
+    assert_eq!(effects.dispersion, Effect { on: false, reason: "every material has dispersion 0".into() });
+    assert!(effects.refraction.on && effects.caustics.on);
+}
+
+#[test]
+fn glass_of_index_one_does_not_reflect() {
+    let mut scene = scene("sphere");
+    glass_of(&mut scene).dispersion = Dispersion::Constant { n: 1.0 };
+    let effects = Effects::required_by(&scene);
+    assert_eq!(
+        effects.reflection,
+        Effect { on: false, reason: "every refractor has the index of vacuum".into() }
+    );
+}
+
+#[test]
+fn opaque_scenes_have_shadows_only_where_something_can_cast_them() {
+    let mut scene = scene("sphere");
+    glass_of(&mut scene).transmission = 0.0;
+    assert_eq!(on(&scene), ["shadows", "receivers", "coloured_light"]);
+    let effects = Effects::required_by(&scene);
+    assert_eq!(effects.refraction.reason, "no object transmits light");
+    assert_eq!(effects.dispersion.reason, "no object transmits light");
+    scene.objects.truncate(1);
+    assert_eq!(on(&scene), ["receivers", "coloured_light"]);
+    assert_eq!(Effects::required_by(&scene).shadows.reason, "nothing stands beside `receiver`");
+}
+
+#[test]
+fn dark_scenes_and_empty_scenes_call_for_no_light_transport() {
+    let mut scene = scene("gem");
+    scene.lights[0].intensity = 0.0;
+    assert_eq!(on(&scene), ["refraction", "dispersion", "reflection", "deferred_refraction"]);
+    assert_eq!(Effects::required_by(&scene).caustics.reason, "no light");
+    assert_eq!(on(&Scene::default()), [""; 0]);
+}
+
+#[test]
+fn a_receiver_behind_the_light_is_dark_until_glass_sends_light_there() {
+    let mut scene = scene("glass");
+    let LightShape::Spot { direction, .. } = &mut scene.lights[0].shape else { panic!("a spot") };
+    *direction = -*direction;
+    let effects = Effects::required_by(&scene);
+    assert!(!effects.caustics.on && !effects.receivers.on && !effects.shadows.on);
+    assert_eq!(effects.caustics.reason, "no light reaches `glass`");
+    assert!(
+        effects.receivers.reason.starts_with("no light reaches `receiver`"),
+        "{}",
+        effects.receivers.reason
+    );
+
+    // A narrow cone onto the glass from just above the table's height misses the back of the box.
+    let LightShape::Spot { direction, range_m, .. } = &mut scene.lights[0].shape else { panic!("a spot") };
+    *direction = -*direction;
+    *range_m = Some(0.1);
+    assert!(!Effects::required_by(&scene).caustics.on, "out of range");
+}
+
+#[test]
+fn refractors_outside_the_picture_need_no_deferred_refraction() {
+    let mut scene = scene("sphere");
+    scene.cameras = vec![Camera::look_at(DVec3::new(0.0, 0.08, 1.0), DVec3::new(0.0, 0.08, 2.0))];
+    let effects = Effects::required_by(&scene);
+    assert_eq!(
+        effects.deferred_refraction,
+        Effect { on: false, reason: "no camera sees a refractor".into() }
+    );
+    scene.cameras.clear();
+    assert_eq!(Effects::required_by(&scene).deferred_refraction.reason, "no camera");
+}
+
+#[test]
+fn coloured_light_means_any_spectrum_but_white_d65() {
+    let mut scene = scene("diamond");
+    for (spectrum, coloured) in [
+        (LightSpectrum::d65_upsampled([0.5, 0.5, 0.5]), false),
+        (LightSpectrum::d65_upsampled([1.0, 0.5, 0.5]), true),
+        (LightSpectrum::cct(3200.0).expect("valid"), true),
+        (LightSpectrum::line(546.1).expect("visible"), true),
+    ] {
+        scene.lights[0].spectrum = spectrum;
+        let effect = Effects::required_by(&scene).coloured_light;
+        assert_eq!(effect.on, coloured, "{}", effect.reason);
+    }
+}
+
+#[test]
+fn what_is_not_simulated_is_said() {
+    let mut scene = scene("diamond");
+    let glass = glass_of(&mut scene);
+    glass.roughness = 0.3;
+    glass.iridescence =
+        Some(Iridescence { factor: 1.0, ior: 1.3, thickness_min_nm: 100.0, thickness_max_nm: 400.0 });
+    let effects = Effects::required_by(&scene);
+    assert_eq!(
+        effects.rough_glass.reason,
+        "not simulated yet, `diamond` (roughness 0.3) is treated as smooth"
+    );
+    assert_eq!(effects.iridescence.reason, "not simulated yet, though `diamond` calls for it");
+    assert!(!effects.rough_glass.on && !effects.iridescence.on);
+    let wall = scene.materials.iter_mut().find(|m| m.name == "red").expect("a wall");
+    wall.metallic = 1.0;
+    let reason = Effects::required_by(&scene).reflection.reason;
+    assert!(reason.ends_with("; metal `wall-left` is treated as opaque"), "{reason}");
+}
+
+#[test]
+fn effects_are_plain_serialisable_data() {
+    let effects = Effects::required_by(&scene("water"));
+    let json = serde_json::to_value(&effects).expect("plain data");
+    let fields = json.as_object().expect("a map");
+    assert_eq!(fields.len(), effects.iter().count());
+    for (name, effect) in effects.iter() {
+        assert_eq!(fields[name]["on"], effect.on, "{name}");
+    }
+    assert_eq!(serde_json::from_value::<Effects>(json).expect("its own JSON"), effects);
+}
+
+#[test]
+fn unused_glass_calls_for_nothing() {
+    let mut scene = scene("gem");
+    let glass = scene.objects.iter().position(|o| o.name == "gem").expect("the gem");
+    scene.objects.remove(glass);
+    assert!(!Effects::required_by(&scene).refraction.on);
+    // Nor does glass without a single triangle.
+    scene.meshes.push(Mesh::default());
+    let material = scene.materials.iter().position(Material::is_refractor).expect("glass");
+    let mesh = scene.meshes.len() - 1;
+    scene.objects.push(Object { name: "void".into(), mesh, material, world_from_mesh: DMat4::IDENTITY });
+    assert_eq!(on(&scene), ["receivers", "coloured_light"]);
+}
