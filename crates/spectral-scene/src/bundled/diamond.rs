@@ -13,14 +13,15 @@ const GIRDLE_RADIUS_M: f64 = 0.04;
 pub(super) fn scene() -> Scene {
     let mut stage = Stage::new("diamond");
     stage.cornell_box(0.2, 0.25);
-    // Tipped onto its pavilion, as a stone lies on a table, a little above it.
+    // Propped up on the edge of its table: light enters by the pavilion and half of it reaches the floor. With
+    // the table up a brilliant sends nearly everything back, which is what it is cut for.
     let world_from_diamond = DMat4::from_translation(DVec3::new(0.0, 0.06, 0.0))
-        * DMat4::from_rotation_z(-0.7)
+        * DMat4::from_rotation_z(1.95)
         * DMat4::from_rotation_y(0.2)
         * DMat4::from_scale(DVec3::splat(GIRDLE_RADIUS_M));
     let material = clear("diamond", catalogue("diamond"), 0.04);
     stage.place(brilliant(), material, world_from_diamond);
     stage.sun(DVec3::new(0.15, -1.0, -0.1), 1000.0, LightSpectrum::default());
-    stage.camera(DVec3::new(0.1, 0.3, 0.55), DVec3::new(0.0, 0.06, 0.0));
+    stage.camera(DVec3::new(0.08, 0.2, 0.36), DVec3::new(0.0, 0.045, 0.0));
     stage.0
 }

@@ -29,7 +29,7 @@ const WAVES: [([f64; 3], f64); 3] =
 
 pub(super) fn scene() -> Scene {
     let mut stage = Stage::new("organic");
-    stage.cornell_box(0.2, 0.2);
+    stage.cornell_box(0.16, 0.16);
     let shape = SphereGrid::geodesic(FREQUENCY).surface("organic", |d| {
         let (radius, slope) = radius_and_slope(d);
         (d * radius * RADIUS_M, d * radius - slope)
@@ -37,7 +37,7 @@ pub(super) fn scene() -> Scene {
     let material = tinted(clear("N-F2", catalogue("N-F2"), 2.0 * RADIUS_M), [0.80, 0.93, 0.86], 0.1);
     stage.place(shape, material, DMat4::from_translation(DVec3::new(-0.02, 0.055, 0.0)));
     stage.sun(DVec3::new(0.35, -1.0, -0.2), 1000.0, LightSpectrum::default());
-    stage.camera(DVec3::new(0.1, 0.3, 0.5), DVec3::new(0.0, 0.045, 0.0));
+    stage.camera(DVec3::new(0.08, 0.25, 0.42), DVec3::new(0.0, 0.045, 0.0));
     stage.0
 }
 

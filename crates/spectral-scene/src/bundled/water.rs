@@ -9,12 +9,13 @@ use super::surfaces::height_field;
 use crate::Scene;
 
 const DEPTH_M: f64 = 0.4;
-/// Waves: wave vector along x and z (rad/m), height (m), phase.
+/// Steep enough that the strongest crests focus on the floor: their radius of curvature is about a quarter of the
+/// depth. Waves: wave vector along x and z (rad/m), height (m), phase.
 const WAVES: [([f64; 2], f64, f64); 4] = [
-    ([18.0, 9.0], 0.0030, 0.0),
-    ([-11.0, 24.0], 0.0022, 1.0),
-    ([31.0, -14.0], 0.0012, 2.3),
-    ([6.0, 41.0], 0.0008, 4.1),
+    ([18.0, 9.0], 0.0060, 0.0),
+    ([-11.0, 24.0], 0.0044, 1.0),
+    ([31.0, -14.0], 0.0026, 2.3),
+    ([6.0, 41.0], 0.0018, 4.1),
 ];
 
 pub(super) fn scene() -> Scene {
