@@ -111,6 +111,16 @@ pub enum ExecuteError {
         /// What is wrong, with the numbers.
         problem: String,
     },
+    /// A pass's shader does not compile on the device.
+    #[error("{executor} cannot compile pass {pass:?}: {reason}")]
+    Shader {
+        /// Executor id.
+        executor: &'static str,
+        /// Pass name.
+        pass: String,
+        /// What the compiler said.
+        reason: String,
+    },
     /// A call that does not fit the prepared plan.
     #[error("{0}")]
     Usage(String),

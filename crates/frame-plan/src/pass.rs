@@ -78,7 +78,7 @@ pub enum PassKind {
     },
     /// A draw of triangles.
     Draw {
-        /// Formats of the colour targets.
+        /// Formats of the colour targets, at most 4.
         targets: &'static [TextureFormat],
         /// Depth test, if there is a depth target; a passing fragment's depth is written.
         depth: Option<DepthTest>,

@@ -46,7 +46,7 @@ pub struct Decision {
 }
 
 /// A resource bound to a pass, in the order of [`crate::PassInfo::bindings`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub struct Bound {
     /// The resource.
     pub resource: ResourceId,

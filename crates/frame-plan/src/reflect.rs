@@ -15,6 +15,8 @@ use crate::{BindingKind, PassInfo, PassKind, TextureFormat};
 
 /// Storage buffers per stage that every device has.
 const MAX_STORAGE_BUFFERS: usize = 8;
+/// Colour targets that a fragment mirror returns.
+const MAX_TARGETS: usize = 4;
 /// Invocations per workgroup that every device has.
 const MAX_INVOCATIONS: u32 = 256;
 
@@ -144,6 +146,9 @@ impl<'a> Reflection<'a> {
                 _ => vec![(result.binding.as_ref(), result.ty)],
             },
         };
+        if targets.len() > MAX_TARGETS {
+            return Err(format!("{} targets, mirrors return {MAX_TARGETS}", targets.len()));
+        }
         let mut kinds = vec![None; targets.len()];
         for (binding, ty) in outputs {
             let Some(naga::Binding::Location { location, .. }) = binding else { continue };

@@ -1,4 +1,5 @@
 //! Passes against their WGSL; each rule with a pass that breaks it.
+#![allow(clippy::unwrap_used, reason = "tests")]
 
 mod passes;
 

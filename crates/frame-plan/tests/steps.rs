@@ -1,4 +1,5 @@
 //! Every kind of step on the CPU executor.
+#![allow(clippy::unwrap_used, reason = "tests")]
 
 mod passes;
 

@@ -1,4 +1,5 @@
 //! Plans that must be refused, each next to the plan that is not.
+#![allow(clippy::unwrap_used, reason = "tests")]
 
 mod passes;
 

@@ -1,7 +1,7 @@
 //! Software rasteriser of draw passes.
 //!
-//! Vertices are snapped to 1/256 texel and edges are evaluated in integers, so triangles that share an edge cover each texel
-//! centre exactly once (top-left rule). Bands of rows run in parallel; inside a band triangles keep their order, so results
+//! For coverage, vertices are snapped to 1/256 texel and edges are evaluated in integers, so triangles that share an edge
+//! cover each texel centre exactly once (top-left rule). Depth and varyings come from the unsnapped vertices. Bands of rows run in parallel; inside a band triangles keep their order, so results
 //! do not depend on the number of threads.
 
 use rayon::prelude::*;
@@ -54,8 +54,11 @@ pub(super) struct Surface<'a> {
 
 /// A triangle ready to be scanned; vertices wind clockwise on the screen (y down).
 struct Setup {
+    /// Snapped, in subtexels.
     x: [i64; 3],
     y: [i64; 3],
+    /// Texels.
+    exact: [[f64; 2]; 3],
     depth: [f64; 3],
     inverse_w: [f64; 3],
     varyings: [[[f32; 4]; 2]; 3],
@@ -150,6 +153,7 @@ fn project(
     let mut setup = Setup {
         x: [0; 3],
         y: [0; 3],
+        exact: [[0.0; 2]; 3],
         depth: [0.0; 3],
         inverse_w: [0.0; 3],
         varyings: corners.map(|c| c.varyings),
@@ -161,8 +165,9 @@ fn project(
         if w <= 0.0 {
             return None;
         }
-        setup.x[i] = ((x / w * 0.5 + 0.5) * f64::from(size[0]) * SUBTEXELS).round_ties_even() as i64;
-        setup.y[i] = ((0.5 - y / w * 0.5) * f64::from(size[1]) * SUBTEXELS).round_ties_even() as i64;
+        let exact = [(x / w * 0.5 + 0.5) * f64::from(size[0]), (0.5 - y / w * 0.5) * f64::from(size[1])];
+        setup.exact[i] = exact;
+        [setup.x[i], setup.y[i]] = exact.map(|texels| (texels * SUBTEXELS).round_ties_even() as i64);
         setup.depth[i] = z / w;
         setup.inverse_w[i] = 1.0 / w;
     }
@@ -180,6 +185,7 @@ fn project(
     if area < 0 {
         setup.x.swap(1, 2);
         setup.y.swap(1, 2);
+        setup.exact.swap(1, 2);
         setup.depth.swap(1, 2);
         setup.inverse_w.swap(1, 2);
         setup.varyings.swap(1, 2);
@@ -192,6 +198,17 @@ impl Setup {
     fn area(&self) -> i64 {
         let ([ax, bx, cx], [ay, by, cy]) = (self.x, self.y);
         (bx - ax) * (cy - ay) - (by - ay) * (cx - ax)
+    }
+
+    /// Barycentric coordinates on the screen. Snapping may cover a centre just outside the exact triangle: that gets the values
+    /// of its border, since slivers would extrapolate far.
+    fn weights(&self, [x, y]: [f64; 2]) -> [f64; 3] {
+        let areas: [f64; 3] = std::array::from_fn(|i| {
+            let ([ax, ay], [bx, by]) = (self.exact[(i + 1) % 3], self.exact[(i + 2) % 3]);
+            ((bx - ax) * (y - ay) - (by - ay) * (x - ax)).max(0.0)
+        });
+        let sum: f64 = areas.iter().sum();
+        if sum > 0.0 { areas.map(|area| area / sum) } else { [1.0, 0.0, 0.0] }
     }
 
     /// First and last texel whose centre lies in an interval of subtexels.
@@ -214,7 +231,6 @@ fn scan(drawing: &Drawing<'_>, setup: &Setup, band: &mut Band<'_>) {
     let width = band.width() as i64;
     let (left, right) = Setup::texels(setup.x);
     let (left, right) = (left.max(0), right.min(width - 1));
-    let inverse_area = 1.0 / setup.area() as f64;
     let (sub, half) = (SUBTEXELS as i64, SUBTEXELS as i64 / 2);
     // Edge i is opposite vertex i; on a left or top edge the line itself belongs to the triangle.
     let edges: [_; 3] = std::array::from_fn(|i| {
@@ -227,10 +243,8 @@ fn scan(drawing: &Drawing<'_>, setup: &Setup, band: &mut Band<'_>) {
         let py = y * sub + half;
         for x in left..=right {
             let px = x * sub + half;
-            let values = edges.map(|(ax, ay, dx, dy, least)| (dx * (py - ay) - dy * (px - ax), least));
-            if values.iter().all(|&(value, least)| value >= least) {
-                let weights = values.map(|(value, _)| value as f64 * inverse_area);
-                shade(drawing, setup, weights, band, [x as usize, y as usize]);
+            if edges.iter().all(|(ax, ay, dx, dy, least)| dx * (py - ay) - dy * (px - ax) >= *least) {
+                shade(drawing, setup, band, [x as usize, y as usize]);
             }
         }
     }
@@ -246,8 +260,9 @@ impl Band<'_> {
     }
 }
 
-/// Depth test, fragment mirror and output of one texel; `weights` are the barycentric coordinates on the screen.
-fn shade(drawing: &Drawing<'_>, setup: &Setup, weights: [f64; 3], band: &mut Band<'_>, [x, y]: [usize; 2]) {
+/// Depth test, fragment mirror and output of one texel.
+fn shade(drawing: &Drawing<'_>, setup: &Setup, band: &mut Band<'_>, [x, y]: [usize; 2]) {
+    let weights = setup.weights([x as f64 + 0.5, y as f64 + 0.5]);
     let sum = |values: [f64; 3]| weights[0] * values[0] + weights[1] * values[1] + weights[2] * values[2];
     let depth = sum(setup.depth).clamp(0.0, 1.0) as f32;
     let at = (y - band.first_row) * band.width() + x;

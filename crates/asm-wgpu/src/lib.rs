@@ -1,0 +1,19 @@
+//! Runs [`frame_plan`] plans on wgpu: headless, or inside a host application's device and encoder.
+//!
+//! [`WgpuExecutor`] knows plans and passes, no method. Its parts: [`adapters`] and the choice of one (`adapter`), errors and
+//! allocation of a device (`device`), pipelines per pass (`pipeline`), buffers, textures and parameters of a plan
+//! (`resources`), recording of its steps (`command`), reading back (`readback`), times per step (`timing`) and the
+//! translation of formats and states (`conv`).
+
+mod adapter;
+mod command;
+mod conv;
+mod device;
+mod executor;
+mod pipeline;
+mod readback;
+mod resources;
+mod timing;
+
+pub use adapter::{WgpuOptions, adapters};
+pub use executor::WgpuExecutor;
