@@ -114,13 +114,14 @@ struct Landing {
     astray: bool,
 }
 
+// What the map's view shows where it sees a point; where that is nothing, what it shows of the receivers' middle.
 fn landing_triangle(at: Located) -> u32 {
     let visible = textureLoad(landing_visibility, vec2<i32>(at.texel), i32(at.face), 0).r;
     if visible != NOTHING {
         return visible;
     }
-    let middle = vec2<i32>(views[at.view].size / 2u);
-    return textureLoad(landing_visibility, middle, i32(at.face), 0).r;
+    let middle = locate_clamped(params.landing_view, params.landing_faces, params.landing_center);
+    return textureLoad(landing_visibility, vec2<i32>(middle.texel), i32(middle.face), 0).r;
 }
 
 // Shah's rayGeo: project the guess into the light's view, see what surface is there, guess again.

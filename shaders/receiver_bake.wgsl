@@ -50,7 +50,9 @@ fn receiver_bake(@builtin(global_invocation_id) id: vec3<u32>) {
             let e1 = t.p1 - t.p0;
             let e2 = t.p2 - t.p0;
             let weights = uv_weights(visible - 1u, (vec2<f32>(sample) + 0.5) / grid);
-            let light = irradiance_at(t.p0 + weights.x * e1 + weights.y * e2, normalize(cross(e1, e2)), visible);
+            let point = t.p0 + weights.x * e1 + weights.y * e2;
+            let both_sides = (t.flags & TRIANGLE_DOUBLE_SIDED) != 0u;
+            let light = irradiance_at(point, normalize(cross(e1, e2)), both_sides, visible);
             direct += light.direct;
             refracted += light.refracted;
             covered += 1.0;

@@ -23,13 +23,21 @@ struct Irradiance {
     refracted: vec3<f32>,
 }
 
-// `to_light` starts at the point in question.
-fn blocks(visible: u32, own: u32, to_light: Ray, distance: f32) -> bool {
-    if visible == NOTHING || visible == own {
+// A point as a light sees it.
+struct Lit {
+    position: vec3<f32>,
+    own: u32,          // its triangle, as visibility buffers count
+    to_light: Ray,     // from the position
+    distance: f32,     // along the light's ray
+    clear: f32,        // how far towards the light anything could stand
+}
+
+fn blocks(visible: u32, lit: Lit) -> bool {
+    if visible == NOTHING || visible == lit.own {
         return false;
     }
-    let hit = plane_hit(triangles[visible - 1u], to_light);
-    return inside(hit) && hit.distance > SAME_SURFACE && hit.distance < distance;
+    let hit = plane_hit(triangles[visible - 1u], lit.to_light);
+    return inside(hit) && hit.distance > SAME_SURFACE && hit.distance < lit.clear;
 }
 
 // One of the four texels whose centres surround a point.
@@ -38,88 +46,110 @@ fn surrounding_texel(texel: vec2<f32>, size: vec2<u32>, i: u32) -> vec2<i32> {
     return clamp(corner, vec2<i32>(0), vec2<i32>(size) - 1);
 }
 
-fn blocked_by_opaque(p: vec3<f32>, own: u32, to_light: Ray, distance: f32) -> bool {
-    let at = locate(params.light.direct_view, params.light.direct_faces, p);
+// What the texel shows is nearer to the light than the point, by more than two texels are wide. Triangles smaller than
+// texels slip through `blocks`; where all surrounding texels show something nearer, it is taken to be in the way.
+fn shows_nearer(visible: u32, lit: Lit, view: View, texel: vec2<i32>) -> bool {
+    if visible == NOTHING || visible == lit.own {
+        return false;
+    }
+    let hit = plane_hit(triangles[visible - 1u], view_ray(view, vec2<f32>(texel) + 0.5));
+    let width = max(view.texel_slope.x, view.texel_slope.y) * select(1.0, lit.distance, view.perspective == 1u);
+    return hit.crosses && hit.distance < lit.distance - 2.0 * width;
+}
+
+fn blocked_by_opaque(lit: Lit) -> bool {
+    let at = locate(params.light.direct_view, params.light.direct_faces, lit.position);
     if !at.found {
         return false;
     }
+    let view = views[at.view];
+    var surrounded = true;
     for (var i = 0u; i < 4u; i++) {
-        let texel = surrounding_texel(at.texel, views[at.view].size, i);
-        if blocks(textureLoad(direct_visibility, texel, i32(at.face), 0).r, own, to_light, distance) {
+        let texel = surrounding_texel(at.texel, view.size, i);
+        let visible = textureLoad(direct_visibility, texel, i32(at.face), 0).r;
+        if blocks(visible, lit) {
             return true;
         }
+        surrounded = surrounded && shows_nearer(visible, lit, view, texel);
     }
-    return false;
+    return surrounded;
 }
 
-fn blocked_by_glass(p: vec3<f32>, own: u32, to_light: Ray, distance: f32) -> bool {
+fn blocked_by_glass(lit: Lit) -> bool {
     if params.light.landing_faces == 0u {
         return false;
     }
     let view = views[params.light.emission_view];
-    let at = view_project(view, p);
+    let at = view_project(view, lit.position);
     if !view_holds(view, at) {
         return false;
     }
+    var surrounded = true;
     for (var i = 0u; i < 4u; i++) {
         let texel = surrounding_texel(at.texel, view.size, i);
-        if blocks(textureLoad(entry_visibility, texel, 0).r, own, to_light, distance) {
+        let visible = textureLoad(entry_visibility, texel, 0).r;
+        if blocks(visible, lit) {
             return true;
         }
+        surrounded = surrounded && shows_nearer(visible, lit, view, texel);
     }
-    return false;
+    return surrounded;
 }
 
 // The map at a point: bilinear, and only where the point is on the surface that the map's view sees.
-fn caustic_at(p: vec3<f32>, own: u32, to_light: Ray, distance: f32) -> vec3<f32> {
-    if params.light.landing_faces == 0u || distance < params.light.landing_from - SAME_SURFACE {
+fn caustic_at(lit: Lit) -> vec3<f32> {
+    if params.light.landing_faces == 0u || lit.clear < -SAME_SURFACE {
         return vec3<f32>(0.0);
     }
-    let at = locate(params.light.landing_view, params.light.landing_faces, p);
+    let at = locate(params.light.landing_view, params.light.landing_faces, lit.position);
     if !at.found {
         return vec3<f32>(0.0);
     }
-    let size = views[at.view].size;
+    let view = views[at.view];
     let share = fract(at.texel - 0.5);
-    let clear = distance - params.light.landing_from;
     var sum = vec3<f32>(0.0);
+    var surrounded = true;
     for (var i = 0u; i < 4u; i++) {
-        let texel = surrounding_texel(at.texel, size, i);
-        if blocks(textureLoad(landing_visibility, texel, i32(at.face), 0).r, own, to_light, clear) {
+        let texel = surrounding_texel(at.texel, view.size, i);
+        let visible = textureLoad(landing_visibility, texel, i32(at.face), 0).r;
+        if blocks(visible, lit) {
             return vec3<f32>(0.0);
         }
+        surrounded = surrounded && shows_nearer(visible, lit, view, texel);
         let weight = select(1.0 - share.x, share.x, (i & 1u) == 1u) * select(1.0 - share.y, share.y, (i & 2u) == 2u);
-        sum += weight * caustic[(at.face * size.y + u32(texel.y)) * size.x + u32(texel.x)].xyz;
+        sum += weight * caustic[(at.face * view.size.y + u32(texel.y)) * view.size.x + u32(texel.x)].xyz;
     }
-    return sum;
+    return select(sum, vec3<f32>(0.0), surrounded);
 }
 
-// XYZ lux on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count); what
-// falls on the back counts where the material is double-sided.
-fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
+// XYZ lux on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count); light
+// from behind counts if `both_sides`.
+fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, both_sides: bool, own: u32) -> Irradiance {
     let view = views[params.light.direct_view];
     let light_ray = view_ray_through(view, p);
     var cosine = -dot(light_ray.direction, normal);
-    if (triangles[own - 1u].flags & TRIANGLE_DOUBLE_SIDED) != 0u {
+    if both_sides {
         cosine = abs(cosine);
     }
     if cosine <= 0.0 {
         return Irradiance(vec3<f32>(0.0), vec3<f32>(0.0));
     }
     let distance = dot(p - light_ray.origin, light_ray.direction);
-    let to_light = Ray(p, -light_ray.direction);
     var spread = cosine;
-    var end = 1e30;
+    var clear = 1e30;
     if view.perspective == 1u {
         let metres = distance * params.light.metres_per_unit;
         spread = cosine / (metres * metres);
-        end = distance;
+        clear = distance;
     }
+    var lit = Lit(p, own, Ray(p, -light_ray.direction), distance, clear);
     var direct = vec3<f32>(0.0);
     let in_range = params.light.range == 0.0 || distance <= params.light.range;
-    if in_range && !blocked_by_opaque(p, own, to_light, end) && !blocked_by_glass(p, own, to_light, end) {
-        let cone = clamp(dot(light_ray.direction, params.light.spot_axis) * params.light.spot_scale + params.light.spot_offset, 0.0, 1.0);
+    if in_range && !blocked_by_opaque(lit) && !blocked_by_glass(lit) {
+        let cosine_to_axis = dot(light_ray.direction, params.light.spot_axis);
+        let cone = clamp(cosine_to_axis * params.light.spot_scale + params.light.spot_offset, 0.0, 1.0);
         direct = spread * cone * cone * params.light.xyz;
     }
-    return Irradiance(direct, spread * caustic_at(p, own, to_light, distance));
+    lit.clear = distance - params.light.landing_from;
+    return Irradiance(direct, spread * caustic_at(lit));
 }

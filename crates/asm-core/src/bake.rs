@@ -26,7 +26,7 @@ pub struct BakePlan {
 }
 
 /// Smallest size of the map where the settings leave it open.
-const DEFAULT_MAP_SIZE: u32 = 512;
+pub(crate) const DEFAULT_MAP_SIZE: u32 = 512;
 
 /// A plan that bakes onto `receiver`, an index into [`Scene::objects`], `size` texels in u and v.
 ///
@@ -44,13 +44,7 @@ pub fn bake_plan(
     scene.validate()?;
     settings.check()?;
     let receiver_name = check_receiver(scene, receiver)?;
-    if size.contains(&0) {
-        return Err(PlanError::Setting {
-            setting: "size",
-            got: format!("{}x{}", size[0], size[1]),
-            expected: "at least 1x1".into(),
-        });
-    }
+    check_size(size)?;
     let purpose = Purpose {
         name: format!("bake `{receiver_name}` of {}", scene.name),
         receivers: Receivers::Object(receiver),
@@ -60,9 +54,9 @@ pub fn bake_plan(
     };
     let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
     let texels = u64::from(size[0]) * u64::from(size[1]);
-    let sampled = size.map(|s| s.saturating_mul(settings.samples));
+    let sampled = size.map(|s| s.saturating_mul(settings.bake_samples));
     let uv_visible =
-        caustics.resources.texture("uv", TextureFormat::R32Uint, sampled, 1, "the bake's size or samples")?;
+        caustics.resources.texture("uv", TextureFormat::R32Uint, sampled, 1, "the bake's size or bake_samples")?;
     let corner_uvs = caustics.resources.filled("corner uvs", &caustics.geometry.corner_uvs)?;
     let irradiance = caustics.resources.buffer("irradiance", 32 * texels, "the bake's size")?;
     caustics.resources.make_readable(irradiance);
@@ -91,7 +85,7 @@ pub fn bake_plan(
         let params = ReceiverBake {
             light: light.params,
             size: UVec2::from(size),
-            samples: settings.samples,
+            samples: settings.bake_samples,
             first_triangle: triangles.start,
         };
         let bindings = [
@@ -109,6 +103,17 @@ pub fn bake_plan(
     }
     let books = Books { ledger: caustics.ledger, lights: caustics.books() };
     Ok(BakePlan { plan: caustics.resources.plan, size, irradiance, books })
+}
+
+pub(crate) fn check_size(size: [u32; 2]) -> Result<(), PlanError> {
+    if !size.contains(&0) {
+        return Ok(());
+    }
+    Err(PlanError::Setting {
+        setting: "size",
+        got: format!("{}x{}", size[0], size[1]),
+        expected: "at least 1x1".into(),
+    })
 }
 
 fn check_receiver(scene: &Scene, receiver: usize) -> Result<String, PlanError> {

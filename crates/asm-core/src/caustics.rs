@@ -29,7 +29,7 @@ use crate::{Interfaces, LandingUpdate, PlanError, Settings, Splat, WorkingSpace}
 const MAX_PHOTONS: u64 = 1 << 34;
 
 /// Everything in working units lies within this of the origin.
-const REACH: f64 = 1.0;
+pub(crate) const REACH: f64 = 1.0;
 
 /// Where light may land, and what for.
 #[derive(Clone, Copy)]
@@ -56,6 +56,8 @@ struct LightSetup {
     separate_direct: bool,
     shadows: bool,
     landing_from: f64,
+    /// Middle of the bounds of the receivers behind the front of the glass.
+    landing_center: Vec3,
     spot_axis: Vec3,
     spot_scale: f32,
     spot_offset: f32,
@@ -326,12 +328,8 @@ impl<'a> Caustics<'a> {
         let settings = self.settings;
         let emission = self.view(setup.views.start);
         let map = self.view(landing_view);
-        let landing_points = bounds(self.geometry.opaque_corners()).unwrap_or_default();
         let glass = bounds(self.geometry.refractor_corners()).unwrap_or_default();
-        let (splat_taps, splat_sigma) = match settings.splat {
-            Splat::Point => (0, 1.0),
-            Splat::Gaussian { radius } => (radius, 0.5 * radius as f32),
-        };
+        let (splat_taps, splat_sigma) = splat_shape(settings.splat, &emission, &map);
         let trace = PhotonTrace {
             emission_view: setup.views.start,
             landing_view,
@@ -348,7 +346,7 @@ impl<'a> Caustics<'a> {
             splat_taps,
             splat_sigma,
             exit_start: 0.25 * glass.0.distance(glass.1) as f32,
-            landing_center: (0.5 * (landing_points.0 + landing_points.1)).as_vec3(),
+            landing_center: setup.landing_center,
             range: setup.range,
             spot_axis: setup.spot_axis,
             spot_scale: setup.spot_scale,
@@ -475,6 +473,19 @@ impl<'a> Caustics<'a> {
     }
 }
 
+/// Reach and standard deviation of a splat, texels of the map.
+fn splat_shape(splat: Splat, emission: &View, map: &View) -> (u32, f32) {
+    match splat {
+        Splat::Point => (0, 1.0),
+        Splat::Gaussian { radius } => (radius, 0.5 * radius as f32),
+        Splat::Auto => {
+            let spacing = (emission.texel_slope / map.texel_slope).max_element();
+            let sigma = (0.6 * spacing).clamp(0.5, 4.0);
+            ((2.0 * sigma).ceil() as u32, sigma)
+        }
+    }
+}
+
 /// Area across the light, or solid angle in the middle, of a view's texel.
 fn texel_extent(view: &View) -> f64 {
     f64::from(view.texel_slope.x) * f64::from(view.texel_slope.y)
@@ -528,13 +539,13 @@ fn light_setups(
             let corners = geometry.refractor_corners();
             views.push(fit_one(source, corners, emission_size, REACH, &light.name)?);
         }
+        let landing_from = source.nearest(geometry.refractor_corners(), REACH);
+        let landing_from = if landing_from.is_finite() { landing_from } else { 0.0 };
         let map_size = UVec2::splat(purpose.map_size);
         views.extend(match purpose.receivers {
             Receivers::Object(object) => fit(source, geometry.object_corners(object), map_size, REACH),
             Receivers::Opaque => fit(source, geometry.opaque_corners(), map_size, REACH),
         });
-        let landing_from = source.nearest(geometry.refractor_corners(), REACH);
-        let landing_from = if landing_from.is_finite() { landing_from } else { 0.0 };
         let photons = u64::from(settings.emission_size).pow(2) * bands.wavelengths_nm.len() as u64;
         if caustic && photons > MAX_PHOTONS {
             return Err(PlanError::TooManyPhotons {
@@ -560,6 +571,7 @@ fn light_setups(
                 && (!settings.prune || source.nearest(geometry.opaque_corners(), REACH) < landing_from),
             shadows: purpose.shadows || !settings.prune,
             landing_from,
+            landing_center: landing_center(source, geometry, purpose.receivers, landing_from),
             spot_axis: spot_axis.as_vec3(),
             spot_scale: spot_scale as f32,
             spot_offset: spot_offset as f32,
@@ -568,6 +580,17 @@ fn light_setups(
         first_band += wavelengths;
     }
     Ok(setups)
+}
+
+fn landing_center(source: Source, geometry: &Geometry, receivers: Receivers, landing_from: f64) -> Vec3 {
+    let (low, high) = match receivers {
+        Receivers::Object(object) => bounds(geometry.object_corners(object)),
+        Receivers::Opaque => bounds(
+            geometry.opaque_corners().filter(|&p| source.nearest(std::iter::once(p), REACH) >= landing_from),
+        ),
+    }
+    .unwrap_or_default();
+    (0.5 * (low + high)).as_vec3()
 }
 
 /// Some triangle shows its back to the light.

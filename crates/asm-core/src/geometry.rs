@@ -116,11 +116,6 @@ impl Geometry {
         let range = self.objects[object].clone();
         corners(&self.triangles[range.start as usize..range.end as usize])
     }
-
-    /// Corners of everything.
-    pub(crate) fn all_corners(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
-        corners(&self.triangles)
-    }
 }
 
 fn corners(triangles: &[Triangle]) -> impl Iterator<Item = DVec3> + Clone + '_ {

@@ -26,6 +26,9 @@ pub enum Splat {
         /// Reach to each side, texels, 1 to 8; the standard deviation is half of it.
         radius: u32,
     },
+    /// A Gaussian as wide as photons are apart where nothing focuses them: 0.6 of an emission texel, but at least half a
+    /// texel of the map and at most 4.
+    Auto,
 }
 
 /// How `rayGeo` improves its guess of a landing.
@@ -67,7 +70,7 @@ pub struct Settings {
     pub observer: Observer,
     /// Texels of the emission view, along each side.
     pub emission_size: u32,
-    /// Texels of the map, along each side; `None` is 512, or as many as the larger side of a bake.
+    /// Texels of the map, along each side; `None` is 512 or the larger side of a bake, whichever is more.
     pub map_size: Option<u32>,
     /// Steps of `rayGeo`.
     pub ray_geo_iterations: u32,
@@ -79,8 +82,10 @@ pub struct Settings {
     pub interfaces: Interfaces,
     /// How a photon is put into the map.
     pub splat: Splat,
-    /// Samples per texel of a bake and per pixel of a picture, along each side.
-    pub samples: u32,
+    /// Samples per texel of a bake, along each side.
+    pub bake_samples: u32,
+    /// Samples per pixel of a picture, along each side.
+    pub picture_samples: u32,
     /// Shah's intensity: every photon brings this times 4 / `emission_size` of the light's illuminance to its texel, instead
     /// of its flux. `None` keeps energy.
     pub shah_intensity: Option<f64>,
@@ -106,8 +111,9 @@ impl Default for Settings {
             ray_geo_update: LandingUpdate::Plane,
             exit_iterations: 8,
             interfaces: Interfaces::Two,
-            splat: Splat::Point,
-            samples: 4,
+            splat: Splat::Auto,
+            bake_samples: 4,
+            picture_samples: 2,
             shah_intensity: None,
             artistic_power: None,
             lights: None,
@@ -148,7 +154,8 @@ impl Settings {
         check_count("wavelengths", self.wavelength_count(), 1, 4096)?;
         check_count("ray_geo_iterations", self.ray_geo_iterations, 1, 256)?;
         check_count("exit_iterations", self.exit_iterations, 1, 256)?;
-        check_count("samples", self.samples, 1, 16)?;
+        check_count("bake_samples", self.bake_samples, 1, 16)?;
+        check_count("picture_samples", self.picture_samples, 1, 16)?;
         if let Some(size) = self.map_size {
             check_count("map_size", size, 1, 16_384)?;
         }

@@ -4,6 +4,7 @@ use asm_core::PASSES;
 use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
 use asm_core::passes::photon_trace::{Band, Optics, PHOTON_TRACE, PhotonTrace};
 use asm_core::passes::receiver_bake::{RECEIVER_BAKE, ReceiverBake};
+use asm_core::passes::shade::{SHADE, Shade, Surface};
 use asm_core::passes::uv_visibility::{UV_VISIBILITY, UvVisibility};
 use asm_core::passes::visibility::{VISIBILITY, Visibility};
 use asm_core::shared::irradiance::Light;
@@ -59,6 +60,14 @@ fn every_struct_has_the_layout_of_its_wgsl() {
         (&MAP_RESOLVE, layout!(MapResolve as "MapResolve" { view, faces, scale, power })),
         (&RECEIVER_BAKE, layout!(ReceiverBake as "ReceiverBake" { light, size, samples, first_triangle })),
         (&RECEIVER_BAKE, light()),
+        (
+            &SHADE,
+            layout!(Shade as "Shade" {
+                light, size, samples, camera_view, linear_srgb_from_x, reserved0, linear_srgb_from_y, reserved1,
+                linear_srgb_from_z, reserved2, xyz_from_r, reserved3, xyz_from_g, reserved4, xyz_from_b, reserved5,
+            }),
+        ),
+        (&SHADE, layout!(Surface as "Surface" { color, index, absorption, reserved })),
     ];
     for (pass, layout) in checks {
         check_layout(pass, &layout).unwrap();

@@ -5,6 +5,7 @@ use frame_plan::{Binding, BindingKind, PassSet};
 pub mod map_resolve;
 pub mod photon_trace;
 pub mod receiver_bake;
+pub mod shade;
 pub mod uv_visibility;
 pub mod visibility;
 
@@ -15,6 +16,7 @@ pub const PASSES: PassSet = PassSet(&[
     &photon_trace::PHOTON_TRACE,
     &map_resolve::MAP_RESOLVE,
     &receiver_bake::RECEIVER_BAKE,
+    &shade::SHADE,
 ]);
 
 const VIEW_WGSL: &str = include_str!("../../../../shaders/shared/view.wgsl");

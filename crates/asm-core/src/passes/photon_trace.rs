@@ -309,12 +309,16 @@ impl Inputs<'_> {
         best
     }
 
+    /// What the map's view shows where it sees a point; where that is nothing, what it shows of the receivers' middle.
     fn landing_triangle(&self, at: &Located) -> u32 {
         let visible = visible_in_layer(&self.landing_visibility, at.texel.as_uvec2(), at.face);
         if visible != NOTHING {
             return visible;
         }
-        visible_in_layer(&self.landing_visibility, self.views[at.view as usize].size / 2, at.face)
+        let params = &self.params;
+        let middle =
+            locate_clamped(self.views, params.landing_view, params.landing_faces, params.landing_center);
+        visible_in_layer(&self.landing_visibility, middle.texel.as_uvec2(), middle.face)
     }
 
     /// Shah's rayGeo: project the guess into the light's view, see what surface is there, guess again.

@@ -5,7 +5,7 @@ use frame_plan::cpu::TextureView;
 use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 
 use super::light_views::locate;
-use super::triangle::{NOTHING, SAME_SURFACE, TRIANGLE_DOUBLE_SIDED, Triangle, visible_in_layer};
+use super::triangle::{NOTHING, SAME_SURFACE, Triangle, visible_in_layer};
 use super::view::{Ray, View};
 
 /// A light as shading sees it; mirrors `Light` in `shaders/shared/irradiance.wgsl`.
@@ -66,6 +66,20 @@ pub struct Lookup<'a> {
     pub caustic: &'a [Vec4],
 }
 
+/// A point as a light sees it.
+#[derive(Clone, Copy)]
+struct Lit {
+    position: Vec3,
+    /// Its triangle, as visibility buffers count.
+    own: u32,
+    /// From the position.
+    to_light: Ray,
+    /// Along the light's ray.
+    distance: f32,
+    /// How far towards the light anything could stand.
+    clear: f32,
+}
+
 /// One of the four texels whose centres surround a point.
 fn surrounding_texel(texel: Vec2, size: UVec2, i: u32) -> UVec2 {
     let corner = (texel - 0.5).floor().as_ivec2() + IVec2::new((i & 1) as i32, (i >> 1) as i32);
@@ -73,99 +87,123 @@ fn surrounding_texel(texel: Vec2, size: UVec2, i: u32) -> UVec2 {
 }
 
 impl Lookup<'_> {
-    /// `to_light` starts at the point in question.
-    fn blocks(&self, visible: u32, own: u32, to_light: Ray, distance: f32) -> bool {
-        if visible == NOTHING || visible == own {
+    fn blocks(&self, visible: u32, lit: &Lit) -> bool {
+        if visible == NOTHING || visible == lit.own {
             return false;
         }
-        let hit = self.triangles[visible as usize - 1].plane_hit(to_light);
-        hit.inside() && hit.distance > SAME_SURFACE && hit.distance < distance
+        let hit = self.triangles[visible as usize - 1].plane_hit(lit.to_light);
+        hit.inside() && hit.distance > SAME_SURFACE && hit.distance < lit.clear
     }
 
-    fn blocked_by_opaque(&self, p: Vec3, own: u32, to_light: Ray, distance: f32) -> bool {
-        let at = locate(self.views, self.light.direct_view, self.light.direct_faces, p);
+    /// What the texel shows is nearer to the light than the point, by more than two texels are wide. Triangles smaller than
+    /// texels slip through `blocks`; where all surrounding texels show something nearer, it is taken to be in the way.
+    fn shows_nearer(&self, visible: u32, lit: &Lit, view: &View, texel: UVec2) -> bool {
+        if visible == NOTHING || visible == lit.own {
+            return false;
+        }
+        let hit = self.triangles[visible as usize - 1].plane_hit(view.ray(texel.as_vec2() + 0.5));
+        let depth = if view.perspective == 1 { lit.distance } else { 1.0 };
+        let width = view.texel_slope.x.max(view.texel_slope.y) * depth;
+        hit.crosses && hit.distance < lit.distance - 2.0 * width
+    }
+
+    fn blocked_by_opaque(&self, lit: &Lit) -> bool {
+        let at = locate(self.views, self.light.direct_view, self.light.direct_faces, lit.position);
         if !at.found {
             return false;
         }
-        let size = self.views[at.view as usize].size;
-        (0..4).any(|i| {
-            let texel = surrounding_texel(at.texel, size, i);
-            self.blocks(visible_in_layer(&self.direct_visibility, texel, at.face), own, to_light, distance)
-        })
+        let view = &self.views[at.view as usize];
+        let mut surrounded = true;
+        for i in 0..4 {
+            let texel = surrounding_texel(at.texel, view.size, i);
+            let visible = visible_in_layer(&self.direct_visibility, texel, at.face);
+            if self.blocks(visible, lit) {
+                return true;
+            }
+            surrounded = surrounded && self.shows_nearer(visible, lit, view, texel);
+        }
+        surrounded
     }
 
-    fn blocked_by_glass(&self, p: Vec3, own: u32, to_light: Ray, distance: f32) -> bool {
+    fn blocked_by_glass(&self, lit: &Lit) -> bool {
         if self.light.landing_faces == 0 {
             return false;
         }
         let view = &self.views[self.light.emission_view as usize];
-        let at = view.project(p);
-        view.holds(&at)
-            && (0..4).any(|i| {
-                let texel = surrounding_texel(at.texel, view.size, i);
-                self.blocks(self.entry_visibility.load_uint(texel.x, texel.y), own, to_light, distance)
-            })
+        let at = view.project(lit.position);
+        if !view.holds(&at) {
+            return false;
+        }
+        let mut surrounded = true;
+        for i in 0..4 {
+            let texel = surrounding_texel(at.texel, view.size, i);
+            let visible = self.entry_visibility.load_uint(texel.x, texel.y);
+            if self.blocks(visible, lit) {
+                return true;
+            }
+            surrounded = surrounded && self.shows_nearer(visible, lit, view, texel);
+        }
+        surrounded
     }
 
     /// The map at a point: bilinear, and only where the point is on the surface that the map's view sees.
-    fn caustic_at(&self, p: Vec3, own: u32, to_light: Ray, distance: f32) -> Vec3 {
-        if self.light.landing_faces == 0 || distance < self.light.landing_from - SAME_SURFACE {
+    fn caustic_at(&self, lit: &Lit) -> Vec3 {
+        if self.light.landing_faces == 0 || lit.clear < -SAME_SURFACE {
             return Vec3::ZERO;
         }
-        let at = locate(self.views, self.light.landing_view, self.light.landing_faces, p);
+        let at = locate(self.views, self.light.landing_view, self.light.landing_faces, lit.position);
         if !at.found {
             return Vec3::ZERO;
         }
-        let size = self.views[at.view as usize].size;
+        let view = &self.views[at.view as usize];
         let share = (at.texel - 0.5) - (at.texel - 0.5).floor();
-        let clear = distance - self.light.landing_from;
         let mut sum = Vec3::ZERO;
+        let mut surrounded = true;
         for i in 0..4 {
-            let texel = surrounding_texel(at.texel, size, i);
+            let texel = surrounding_texel(at.texel, view.size, i);
             let visible = visible_in_layer(&self.landing_visibility, texel, at.face);
-            if self.blocks(visible, own, to_light, clear) {
+            if self.blocks(visible, lit) {
                 return Vec3::ZERO;
             }
+            surrounded = surrounded && self.shows_nearer(visible, lit, view, texel);
             let weight = (if i & 1 == 1 { share.x } else { 1.0 - share.x })
                 * (if i & 2 == 2 { share.y } else { 1.0 - share.y });
-            let index = (at.face * size.y + texel.y) * size.x + texel.x;
+            let index = (at.face * view.size.y + texel.y) * view.size.x + texel.x;
             sum += weight * self.caustic[index as usize].truncate();
         }
-        sum
+        if surrounded { Vec3::ZERO } else { sum }
     }
 
     /// XYZ lux on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);
-    /// what falls on the back counts where the material is double-sided.
-    pub fn irradiance_at(&self, p: Vec3, normal: Vec3, own: u32) -> Irradiance {
+    /// light from behind counts if `both_sides`.
+    pub fn irradiance_at(&self, p: Vec3, normal: Vec3, both_sides: bool, own: u32) -> Irradiance {
         let view = &self.views[self.light.direct_view as usize];
         let light_ray = view.ray_through(p);
         let mut cosine = -light_ray.direction.dot(normal);
-        if self.triangles[own as usize - 1].flags & TRIANGLE_DOUBLE_SIDED != 0 {
+        if both_sides {
             cosine = cosine.abs();
         }
         if cosine <= 0.0 {
             return Irradiance::default();
         }
         let distance = (p - light_ray.origin).dot(light_ray.direction);
-        let to_light = Ray { origin: p, direction: -light_ray.direction };
         let mut spread = cosine;
-        let mut end = 1e30;
+        let mut clear = 1e30;
         if view.perspective == 1 {
             let metres = distance * self.light.metres_per_unit;
             spread = cosine / (metres * metres);
-            end = distance;
+            clear = distance;
         }
+        let to_light = Ray { origin: p, direction: -light_ray.direction };
+        let mut lit = Lit { position: p, own, to_light, distance, clear };
         let mut direct = Vec3::ZERO;
         let in_range = self.light.range == 0.0 || distance <= self.light.range;
-        if in_range
-            && !self.blocked_by_opaque(p, own, to_light, end)
-            && !self.blocked_by_glass(p, own, to_light, end)
-        {
-            let cone = (light_ray.direction.dot(self.light.spot_axis) * self.light.spot_scale
-                + self.light.spot_offset)
-                .clamp(0.0, 1.0);
+        if in_range && !self.blocked_by_opaque(&lit) && !self.blocked_by_glass(&lit) {
+            let cosine_to_axis = light_ray.direction.dot(self.light.spot_axis);
+            let cone = (cosine_to_axis * self.light.spot_scale + self.light.spot_offset).clamp(0.0, 1.0);
             direct = spread * cone * cone * self.light.xyz;
         }
-        Irradiance { direct, refracted: spread * self.caustic_at(p, own, to_light, distance) }
+        lit.clear = distance - self.light.landing_from;
+        Irradiance { direct, refracted: spread * self.caustic_at(&lit) }
     }
 }

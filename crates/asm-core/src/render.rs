@@ -1,0 +1,202 @@
+//! Plans that make a camera's picture.
+
+use frame_plan::{Bound, Decision, ExecuteError, Executor, Limits, Plan, ResourceId, Step, TextureFormat};
+use glam::{DVec3, UVec2, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
+use spectral_core::rgb::RgbSpace;
+use spectral_scene::{Effects, Material, Scene};
+
+use crate::bake::{DEFAULT_MAP_SIZE, check_size};
+use crate::caustics::{Caustics, Purpose, REACH, Receivers};
+use crate::passes::shade::{Shade, Surface};
+use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
+use crate::statistics::{Books, Statistics};
+use crate::view_fit::camera_view;
+use crate::{PlanError, Settings, WorkingSpace};
+
+/// What a camera sees: XYZ radiance, Y in cd/m^2 where lights are in lux and candela.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Picture {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Row-major from the top left; pixel means.
+    pub xyz: Vec<[f32; 3]>,
+}
+
+/// A plan whose frame is a picture, and what is needed to read it.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RenderPlan {
+    /// What an executor runs.
+    pub plan: Plan,
+    /// Pixels.
+    pub size: [u32; 2],
+    picture: ResourceId,
+    books: Books,
+}
+
+/// Absorption that leaves nothing over any length that f32 tells from 0.
+const OPAQUE_PER_UNIT: f64 = 1e20;
+
+/// A plan that renders what `camera`, an index into [`Scene::cameras`], sees, `size` pixels wide and high.
+///
+/// Opaque surfaces are matt with their base colour (multiplied in linear sRGB), lit by direct and refracted light. Glass tints
+/// what is straight behind it; it does not bend the view yet.
+///
+/// # Errors
+/// [`PlanError`], before anything is allocated on a device.
+pub fn render_plan(
+    scene: &Scene,
+    camera: usize,
+    size: [u32; 2],
+    settings: &Settings,
+    limits: &Limits,
+) -> Result<RenderPlan, PlanError> {
+    scene.validate()?;
+    settings.check()?;
+    check_size(size)?;
+    let Some(seen_by) = scene.cameras.get(camera) else {
+        return Err(PlanError::NoSuch { what: "camera", index: camera, count: scene.cameras.len() });
+    };
+    let sampled = size.map(|s| s.saturating_mul(settings.picture_samples));
+    let space = WorkingSpace::of(scene);
+    let purpose = Purpose {
+        name: format!("picture of {} by `{}`", scene.name, seen_by.name),
+        receivers: Receivers::Opaque,
+        map_size: settings.map_size.unwrap_or(DEFAULT_MAP_SIZE),
+        camera: Some(camera_view(seen_by, UVec2::from(sampled), &space, REACH)),
+        // Shadows fall on surfaces that cannot be baked onto, too.
+        shadows: scene.opaque().next().is_some(),
+    };
+    let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
+    let effects = Effects::required_by(scene);
+    let glass = effects.deferred_refraction.on || !settings.prune;
+    let thickness = glass && (effects.absorption.on || !settings.prune);
+    decide(&mut caustics.resources.plan, &effects, glass, thickness);
+
+    let remedy = "the picture's size or picture_samples";
+    let nothing = caustics.resources.nothing();
+    let mut visibility = |needed: bool, name: &str| {
+        if needed {
+            caustics.resources.texture(name, TextureFormat::R32Uint, sampled, 1, remedy)
+        } else {
+            Ok(nothing)
+        }
+    };
+    let opaque_visible = visibility(true, "camera")?;
+    let glass_visible = visibility(glass, "camera glass")?;
+    let back_visible = visibility(thickness, "camera glass backs")?;
+    let depth = caustics.resources.texture("camera depth", TextureFormat::Depth32Float, sampled, 1, remedy)?;
+    let surfaces: Vec<Surface> = scene.materials.iter().map(|m| surface(m, space.metres_per_unit)).collect();
+    let surfaces = caustics.resources.filled("surfaces", &surfaces)?;
+    let pixels = u64::from(size[0]) * u64::from(size[1]);
+    let picture = caustics.resources.buffer("picture", 16 * pixels, "the picture's size")?;
+    caustics.resources.make_readable(picture);
+    let groups = caustics.resources.groups(size, 1, "the picture's size")?;
+
+    caustics.begin();
+    caustics.resources.plan.steps.push(Step::ClearBuffer { buffer: picture });
+    let camera_index = caustics.camera_view();
+    let (opaque, all) = (caustics.geometry.opaque, caustics.geometry.triangles.len() as u32);
+    if caustics.lights() > 0 {
+        let draws = [
+            (true, "camera", opaque_visible, 0..opaque, VISIBILITY_ALL_FACES),
+            (glass, "camera, glass", glass_visible, opaque..all, VISIBILITY_ALL_FACES),
+            (thickness, "camera, backs of glass", back_visible, opaque..all, VISIBILITY_BACK_FACES),
+        ];
+        for (_, label, texture, triangles, faces) in draws.into_iter().filter(|(kept, ..)| *kept) {
+            let params =
+                Visibility { view: camera_index, first_triangle: triangles.start, faces, from_distance: 0.0 };
+            caustics.draw_visibility(label.into(), params, triangles.len() as u32, texture, depth, 0);
+        }
+    }
+    for i in 0..caustics.lights() {
+        let light = caustics.light(i)?;
+        let [x, y, z] = columns(RgbSpace::SRGB.rgb_from_xyz());
+        let [r, g, b] = columns(RgbSpace::SRGB.xyz_from_rgb());
+        let params = Shade {
+            light: light.params,
+            size: UVec2::from(size),
+            samples: settings.picture_samples,
+            camera_view: camera_index,
+            linear_srgb_from_x: x,
+            linear_srgb_from_y: y,
+            linear_srgb_from_z: z,
+            xyz_from_r: r,
+            xyz_from_g: g,
+            xyz_from_b: b,
+            ..bytemuck::Zeroable::zeroed()
+        };
+        let bindings = [
+            caustics.triangles,
+            caustics.views,
+            surfaces,
+            light.caustic,
+            opaque_visible,
+            glass_visible,
+            back_visible,
+            light.direct,
+            light.landing,
+            light.entry,
+            picture,
+        ];
+        caustics.dispatch("shade", &light.label, &params, bindings.map(Bound::from).to_vec(), groups);
+    }
+    let books = Books { ledger: caustics.ledger, lights: caustics.books() };
+    Ok(RenderPlan { plan: caustics.resources.plan, size, picture, books })
+}
+
+fn decide(plan: &mut Plan, effects: &Effects, glass: bool, thickness: bool) {
+    let mut decide = |pass: &str, kept, reason: String| {
+        plan.decisions.push(Decision { pass: pass.into(), kept, reason });
+    };
+    let state = |on: bool| if on { "on" } else { "off" };
+    let seen = &effects.deferred_refraction;
+    decide("visibility", glass, format!("camera, glass: {}, {}", state(seen.on), seen.reason));
+    let absorption = &effects.absorption;
+    decide(
+        "visibility",
+        thickness,
+        format!("camera, thickness of glass: absorption: {}, {}", state(absorption.on), absorption.reason),
+    );
+    if glass {
+        let reason = "glass tints what is straight behind it; bending the view is not part of caustics mapping";
+        decide("deferred_refraction", false, reason.into());
+    }
+}
+
+fn surface(material: &Material, metres_per_unit: f64) -> Surface {
+    let color = DVec3::from(material.base_color);
+    if !material.is_refractor() {
+        return Surface { color: color.as_vec3(), index: 1.0, absorption: Vec3::ZERO, reserved: 0 };
+    }
+    let absorption = material.attenuation.map_or(DVec3::ZERO, |a| {
+        let per_unit = a.color.map(|c| (-c.ln() * metres_per_unit / a.distance_m).clamp(0.0, OPAQUE_PER_UNIT));
+        DVec3::from(per_unit)
+    });
+    Surface {
+        color: (material.transmission * color).as_vec3(),
+        index: material.dispersion.n_d() as f32,
+        absorption: absorption.as_vec3(),
+        reserved: 0,
+    }
+}
+
+fn columns(rows: [[f64; 3]; 3]) -> [Vec3; 3] {
+    std::array::from_fn(|c| DVec3::new(rows[0][c], rows[1][c], rows[2][c]).as_vec3())
+}
+
+impl RenderPlan {
+    /// What the last frame of `executor`, which runs this plan, left behind.
+    ///
+    /// # Errors
+    /// Those of [`Executor::read`].
+    pub fn read(&self, executor: &mut dyn Executor) -> Result<(Picture, Statistics), ExecuteError> {
+        let bytes = executor.read(self.picture)?;
+        let pixel = |bytes: &[u8]| bytemuck::pod_read_unaligned::<Vec4>(bytes).truncate().to_array();
+        let xyz = bytes.chunks_exact(16).map(pixel).collect();
+        let picture = Picture { width: self.size[0], height: self.size[1], xyz };
+        Ok((picture, self.books.read(executor)?))
+    }
+}
