@@ -8,8 +8,9 @@
 //! * their wavelengths, and some spread out like a prism does, each weighted by the integrals of the colour-matching functions
 //!   over all wavelengths that are nearest to it.
 //!
-//! Up to 24 wavelengths the table wins in any range that contains it by far, or does not but for wide ranges from
-//! about 18 on. The others serve larger sets and ranges that cut the table's wavelengths off.
+//! Up to 24 wavelengths the tables win in every range that contains them; their error falls with each wavelength more.
+//! The other candidates serve larger sets, starting over at twice the error of the last tabulated one, and ranges that cut
+//! a table's wavelengths off.
 
 use alloc::vec::Vec;
 
