@@ -10,6 +10,7 @@
 //! q_c, q_f     exponents of the colour and the feature difference
 
 use spectral_core::color::lab_from_xyz;
+use spectral_core::display::linear_from_srgb;
 use spectral_core::rgb::{D65_WHITE_XYZ, linear_srgb_from_xyz, xyz_from_linear_srgb};
 
 /// The authors' default viewer: 0.7 m from a 0.7 m wide display of 3840 pixels.
@@ -94,10 +95,6 @@ fn perceived(opponent: &Field, ppd: f64) -> Vec<[f64; 3]> {
 fn hunt_lab(linear_srgb: [f64; 3]) -> [f64; 3] {
     let [l, a, b] = lab_from_xyz(xyz_from_linear_srgb(linear_srgb), D65_WHITE_XYZ);
     [l, 0.01 * l * a, 0.01 * l * b]
-}
-
-fn linear_from_srgb(encoded: f64) -> f64 {
-    if encoded <= 0.04045 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 /// |dL| + distance in the a, b plane, section 4.1.3.

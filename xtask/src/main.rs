@@ -1,5 +1,6 @@
 //! The project's own commands: `cargo xtask compare`, `test` and `driver`, one file or folder each.
 
+mod compare;
 mod driver;
 mod paths;
 mod test;
@@ -18,12 +19,14 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Compare(compare::Args),
     Driver(driver::Args),
     Test(test::Args),
 }
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Compare(args) => compare::run(&args),
         Command::Driver(args) => driver::run(&args),
         Command::Test(args) => test::run(&args),
     };

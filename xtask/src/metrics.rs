@@ -44,7 +44,7 @@ pub struct Metrics {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Incomparable {
     /// The maps do not cover the same texels.
-    #[error("{got} texels against {expected}, which must bin evenly to {BINS} x {BINS}")]
+    #[error("{got} texels against {expected}, which must be equal and bin evenly to {BINS} x {BINS}")]
     Size {
         /// Texels of the map, or samples it holds.
         got: usize,
@@ -85,23 +85,31 @@ pub enum Incomparable {
 }
 
 impl Map<'_> {
-    /// Whether there is something to compare: finite, not negative, not black, not constant, and no more light than
-    /// `max_mean_y` lux on average.
+    /// Whether there is light to compare: finite, not negative, not black, and no more than `max_mean_y` lux on average.
     ///
     /// # Errors
     /// Says which of these does not hold.
-    pub fn check(&self, max_mean_y: f64) -> Result<(), Incomparable> {
+    pub fn check_light(&self, max_mean_y: f64) -> Result<(), Incomparable> {
         self.check_values()?;
-        let y = self.luminance();
-        let mean_y = mean(&y);
+        let mean_y = mean(&self.luminance());
         if mean_y <= 0.0 {
             return Err(Incomparable::Black);
         }
-        if y.iter().all(|&v| (v - mean_y).abs() <= 1e-6 * mean_y) {
-            return Err(Incomparable::Constant { y: mean_y });
-        }
         if mean_y > max_mean_y {
             return Err(Incomparable::Energy { mean_y, max_y: max_mean_y });
+        }
+        Ok(())
+    }
+
+    /// Whether it differs from place to place, as a map that was only cleared does not.
+    ///
+    /// # Errors
+    /// [`Incomparable::Constant`] if it does not.
+    pub fn check_varies(&self) -> Result<(), Incomparable> {
+        let y = self.luminance();
+        let mean_y = mean(&y);
+        if y.iter().all(|&v| (v - mean_y).abs() <= 1e-6 * mean_y) {
+            return Err(Incomparable::Constant { y: mean_y });
         }
         Ok(())
     }
@@ -113,8 +121,7 @@ impl Map<'_> {
 
     fn check_values(&self) -> Result<(), Incomparable> {
         let expected = self.size[0] * self.size[1];
-        let bins_evenly = self.size.iter().all(|&n| n > 0 && n % BINS.min(n) == 0);
-        if self.xyz.len() != expected || !bins_evenly {
+        if self.xyz.len() != expected || expected == 0 {
             return Err(Incomparable::Size { got: self.xyz.len(), expected });
         }
         for (texel, xyz) in self.xyz.iter().enumerate() {
@@ -151,9 +158,10 @@ impl Map<'_> {
 /// Distance of `map` from `reference`, with Lab relative to `white_xyz` (Y = 1).
 ///
 /// # Errors
-/// If the sizes differ, a value is not finite or negative, or the reference is black.
+/// If the sizes differ or do not bin evenly, a value is not finite or negative, or the reference is black.
 pub fn compare(map: &Map<'_>, reference: &Map<'_>, white_xyz: [f64; 3]) -> Result<Metrics, Incomparable> {
-    if map.size != reference.size {
+    let bins_evenly = map.size.iter().all(|&n| n > 0 && n % BINS.min(n) == 0);
+    if map.size != reference.size || !bins_evenly {
         return Err(Incomparable::Size { got: map.xyz.len(), expected: reference.xyz.len() });
     }
     map.check_values()?;
@@ -291,13 +299,22 @@ mod tests {
         broken[7] = [0.0, f32::NAN, 0.0];
         let mut negative = xyz.clone();
         negative[9] = [-1.0, 0.5, 0.0];
-        assert_eq!(map(64, &xyz).check(10.0), Ok(()));
-        assert_eq!(map(64, &dark).check(10.0), Err(Incomparable::Black));
-        assert_eq!(map(64, &flat).check(10.0), Err(Incomparable::Constant { y: 0.5 }));
-        assert_eq!(map(64, &broken).check(10.0), Err(Incomparable::NotFinite { texel: 7 }));
-        assert_eq!(map(64, &negative).check(10.0), Err(Incomparable::Negative { texel: 9, value: -1.0 }));
-        assert!(matches!(map(64, &xyz).check(1e-3), Err(Incomparable::Energy { .. })));
-        assert!(matches!(map(65, &xyz).check(10.0), Err(Incomparable::Size { .. })));
+        assert_eq!(map(64, &xyz).check_light(10.0), Ok(()));
+        assert_eq!(map(64, &xyz).check_varies(), Ok(()));
+        assert_eq!(map(64, &dark).check_light(10.0), Err(Incomparable::Black));
+        assert_eq!(map(64, &flat).check_varies(), Err(Incomparable::Constant { y: 0.5 }));
+        assert_eq!(map(64, &broken).check_light(10.0), Err(Incomparable::NotFinite { texel: 7 }));
+        assert_eq!(
+            map(64, &negative).check_light(10.0),
+            Err(Incomparable::Negative { texel: 9, value: -1.0 })
+        );
+        assert!(matches!(map(64, &xyz).check_light(1e-3), Err(Incomparable::Energy { .. })));
+        assert!(matches!(map(65, &xyz).check_light(10.0), Err(Incomparable::Size { .. })));
+        let uneven = spot(65);
+        assert!(matches!(
+            compare(&map(65, &uneven), &map(65, &uneven), WHITE),
+            Err(Incomparable::Size { .. })
+        ));
         assert_eq!(compare(&map(64, &xyz), &map(64, &dark), WHITE), Err(Incomparable::Black));
     }
 

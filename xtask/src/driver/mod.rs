@@ -77,33 +77,38 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
 /// # Errors
 /// Only where this program cannot start itself. Not finding a driver is an answer, not an error.
 pub(crate) fn find_or_fetch(fetch: bool) -> Result<Driver> {
-    let mut environment = quiet();
+    let folder = paths::target().join("driver");
     if !fetch {
-        let adapters = probe::adapters(&environment)?;
-        if !adapters.is_empty() {
-            return Ok(Driver { description: "the system's".into(), adapters, environment });
+        if let Some(driver) = loaded("the system's".into(), Vec::new())? {
+            return Ok(driver);
+        }
+        for source in &SOURCES {
+            if let Ok(copy) = PrivateCopy::open(&folder.join(source.name))
+                && let Some(driver) = loaded(source.description(&copy), copy.environment())?
+            {
+                return Ok(driver);
+            }
         }
     }
-
-    let folder = paths::target().join("driver");
     let mut problems = Vec::new();
-    for source in SOURCES {
-        match source.get(&folder, fetch) {
-            Ok(copy) => {
-                environment.extend(copy.environment());
-                let adapters = probe::adapters(&environment)?;
-                if !adapters.is_empty() {
-                    let description = format!("{}, private copy in {}", source.name, copy.root().display());
-                    return Ok(Driver { description, adapters, environment });
-                }
-                problems.push(format!("{} does not load", copy.root().display()));
-                environment = quiet();
-            }
+    for source in &SOURCES {
+        match source.fetch(&folder) {
+            Ok(copy) => match loaded(source.description(&copy), copy.environment())? {
+                Some(driver) => return Ok(driver),
+                None => problems.push(format!("{} was fetched but does not load", source.name)),
+            },
             Err(error) => problems.push(format!("{}: {error:#}", source.name)),
         }
     }
     let description = format!("no Vulkan driver ({}); {REMEDY}", problems.join("; "));
-    Ok(Driver { description, adapters: Vec::new(), environment })
+    Ok(Driver { description, adapters: Vec::new(), environment: quiet() })
+}
+
+/// The driver that processes with these variables have, if one loads.
+fn loaded(description: String, mut environment: Environment) -> Result<Option<Driver>> {
+    environment.extend(quiet());
+    let adapters = probe::adapters(&environment)?;
+    Ok((!adapters.is_empty()).then_some(Driver { description, adapters, environment }))
 }
 
 /// Mesa's device-select layer prints errors about desktops that are not there.
@@ -123,17 +128,18 @@ const SOURCES: [Source; 2] =
     [Source { name: "lavapipe", fetch: apt::fetch }, Source { name: "swiftshader", fetch: npm::fetch }];
 
 impl Source {
-    /// The private copy, fetched unless it is there already.
-    fn get(&self, folder: &Path, refetch: bool) -> Result<PrivateCopy> {
-        let root = folder.join(self.name);
-        if !refetch && let Ok(copy) = PrivateCopy::open(&root) {
-            return Ok(copy);
-        }
+    /// A new private copy.
+    fn fetch(&self, folder: &Path) -> Result<PrivateCopy> {
         if !cfg!(target_os = "linux") {
             anyhow::bail!("can be fetched on Linux only");
         }
+        let root = folder.join(self.name);
         eprintln!("fetching {} into {}", self.name, root.display());
         PrivateCopy::create(&root, self.fetch)
+    }
+
+    fn description(&self, copy: &PrivateCopy) -> String {
+        format!("{}, private copy in {}", self.name, copy.root().display())
     }
 }
 

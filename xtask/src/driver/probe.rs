@@ -25,4 +25,8 @@ pub(super) fn adapters(environment: &Environment) -> Result<Vec<String>> {
 }
 
 /// The child's side: one line an adapter.
-pub(super) fn print_adapters() {}
+pub(super) fn print_adapters() {
+    for adapter in asm_wgpu::adapters() {
+        println!("{}, {}", adapter.device, adapter.driver);
+    }
+}

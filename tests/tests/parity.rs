@@ -1,0 +1,102 @@
+//! The same plan on every executor: one body, every scene.
+
+use asm_core::Statistics;
+use spectral_scene::IrradianceMaps;
+use workspace_tests::{executors, run, small_bake, subject};
+use xtask::checks::{PARITY, judge};
+use xtask::layers::Layer;
+use xtask::sabotage::Sabotage;
+use xtask::subject::Subject;
+
+/// What is wrong between two bakes of a scene, one line per finding.
+fn disparities(subject: &Subject, a: &IrradianceMaps, b: &IrradianceMaps) -> Vec<String> {
+    let mut found = Vec::new();
+    for layer in Layer::ALL {
+        if layer.is_negligible(a) && layer.is_negligible(b) {
+            continue;
+        }
+        let shadowed = layer.of(a).check_varies().is_ok();
+        let judgement = judge(&layer.of(a), &layer.of(b), subject.expected(layer, shadowed), Some(PARITY));
+        found.extend(judgement.problems.into_iter().map(|p| format!("{}: {p}", layer.name())));
+    }
+    found
+}
+
+/// Photons that two executors may round into different ends, as a share of all.
+const ROUNDED_PHOTONS: f64 = 1e-3;
+
+/// The ledgers agree but for rounding, and each one balances exactly.
+fn assert_ledgers_agree(name: &str, a: &Statistics, b: &Statistics) {
+    assert_eq!(a.lights.len(), b.lights.len(), "{name}: lights with photons");
+    for ledger in a.lights.iter().chain(&b.lights).flat_map(|l| &l.ledgers) {
+        assert!(ledger.balances(), "{name}: {ledger:?}");
+    }
+    for (a, b) in a.lights.iter().zip(&b.lights) {
+        for (nm, (a, b)) in a.wavelengths_nm.iter().zip(a.ledgers.iter().zip(&b.ledgers)) {
+            assert_eq!(a.aimed, b.aimed, "{name}, {nm} nm: aimed");
+            let room = ROUNDED_PHOTONS * a.aimed.flux as f64;
+            for (what, a, b) in [("emitted", a.emitted, b.emitted), ("landed", a.landed, b.landed)] {
+                let difference = a.flux.abs_diff(b.flux) as f64;
+                assert!(difference <= room, "{name}, {nm} nm: {what} {a:?} against {b:?}");
+            }
+        }
+    }
+}
+
+fn executors_agree_on(name: &str) {
+    let subject = subject(name);
+    let plan = small_bake(&subject);
+    let mut executors = executors();
+    let mut results = Vec::new();
+    for (id, executor) in &mut executors {
+        let first = run(&plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
+        let again = run(&plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
+        // Bits, not values: a NaN would equal nothing, and 0 would equal -0.
+        assert!(bits(&first.0).eq(bits(&again.0)), "{name}: {id} gave two results");
+        assert_eq!(first.1.lights, again.1.lights, "{name}: {id} gave two ledgers");
+        results.push((*id, first));
+    }
+    let (first_id, (first, first_statistics)) = &results[0];
+    for (id, (maps, statistics)) in &results[1..] {
+        let found = disparities(&subject, maps, first);
+        assert!(found.is_empty(), "{name}: {id} against {first_id}: {found:?}");
+        assert_ledgers_agree(name, first_statistics, statistics);
+    }
+    for sabotage in Sabotage::ALL {
+        let (spoiled, _) = run(&sabotage.spoil(&plan), executors[0].1.as_mut())
+            .unwrap_or_else(|e| panic!("{name}, {}: {e}", sabotage.description()));
+        let found = disparities(&subject, &spoiled, first);
+        assert!(!found.is_empty(), "{name}: {} went unnoticed", sabotage.description());
+    }
+}
+
+fn bits(maps: &IrradianceMaps) -> impl Iterator<Item = u32> + '_ {
+    [&maps.direct, &maps.refracted, &maps.reflected].into_iter().flatten().flatten().map(|v| v.to_bits())
+}
+
+macro_rules! parity {
+    ($($test:ident: $scene:literal,)*) => {
+        $(#[test]
+        fn $test() {
+            executors_agree_on($scene);
+        })*
+
+        #[test]
+        fn every_scene_is_tested() {
+            assert!(Subject::names().eq([$($scene),*]), "scenes: {:?}", Subject::names().collect::<Vec<_>>());
+        }
+    };
+}
+
+parity! {
+    prism: "prism",
+    sphere: "sphere",
+    sphere_fine: "sphere-fine",
+    ring: "ring",
+    gem: "gem",
+    diamond: "diamond",
+    glass: "glass",
+    organic: "organic",
+    water: "water",
+    bunny_glass: "bunny-glass",
+}

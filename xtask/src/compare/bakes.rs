@@ -1,0 +1,304 @@
+//! One scene: the oracle's bake, every executor's with every method, and what is asserted about them.
+
+use std::io::{IsTerminal, Write};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::Instant;
+
+use asm_core::{BakePlan, Settings};
+use frame_plan::{ExecuteError, Executor, Limits};
+use spectral_reference::{Bake, BakeSettings, Effort as Photons};
+use spectral_scene::IrradianceMaps;
+use xtask::checks::{Bound, DIRECT, Expected, PARITY, judge};
+use xtask::layers::{Layer, size, total};
+use xtask::metrics::{Map, exposure};
+use xtask::sabotage::Sabotage;
+use xtask::subject::Subject;
+
+use super::report::{Check, Control, PictureRow, Report, SceneEntry, Status, difference, shown};
+use super::{Contender, Effort, MethodName, controls};
+
+/// Name of the oracle in checks.
+pub(super) const ORACLE: &str = "oracle";
+
+/// What one executor, or the oracle, made of a scene.
+struct Baked<'a> {
+    id: &'static str,
+    maps: &'a IrradianceMaps,
+}
+
+/// A scene while it is compared.
+pub(super) struct Comparison<'a> {
+    pub(super) subject: &'a Subject,
+    pub(super) effort: &'a Effort,
+    oracle: Option<Bake>,
+    pub(super) entry: SceneEntry,
+    pub(super) checks: Vec<Check>,
+    pub(super) controls: Vec<Control>,
+}
+
+/// Compare everything on one scene; whatever goes wrong becomes a check that fails.
+pub(super) fn compare(
+    subject: &Subject,
+    methods: &[MethodName],
+    effort: &Effort,
+    sabotage: Option<Sabotage>,
+    contenders: &mut [Contender],
+    report: &mut Report,
+) {
+    let entry = SceneEntry { name: subject.name.clone(), notes: Vec::new(), rows: Vec::new() };
+    let mut comparison =
+        Comparison { subject, effort, oracle: None, entry, checks: Vec::new(), controls: Vec::new() };
+    comparison.bake_oracle();
+    comparison.compare_methods(methods, sabotage, contenders);
+    comparison.compare_pictures(methods, contenders);
+    report.scenes.push(comparison.entry);
+    report.checks.extend(comparison.checks);
+    report.controls.extend(comparison.controls);
+}
+
+impl Comparison<'_> {
+    fn bake_oracle(&mut self) {
+        let settings = BakeSettings {
+            size: self.effort.map_size,
+            effort: Photons::Photons(self.effort.oracle_photons),
+            ..BakeSettings::default()
+        };
+        let start = Instant::now();
+        let progress = percent_on_terminal("oracle");
+        match spectral_reference::bake(&self.subject.scene, self.subject.receiver, &settings, &progress) {
+            Ok(bake) => {
+                let error = bake.standard_error;
+                self.note(format!(
+                    "oracle: {} photons in {:.1} s; standard error of Y at 64 x 64: direct {:.1e}, refracted {:.1e}, \
+                     reflected {:.1e}",
+                    bake.photons,
+                    start.elapsed().as_secs_f64(),
+                    error.direct,
+                    error.refracted,
+                    error.reflected
+                ));
+                self.oracle = Some(bake);
+            }
+            Err(error) => self.fail("", ORACLE, error.to_string()),
+        }
+    }
+
+    fn compare_methods(
+        &mut self,
+        methods: &[MethodName],
+        sabotage: Option<Sabotage>,
+        contenders: &mut [Contender],
+    ) {
+        for &method in methods {
+            self.compare_method(method, sabotage, contenders);
+        }
+    }
+
+    fn compare_method(
+        &mut self,
+        method: MethodName,
+        sabotage: Option<Sabotage>,
+        contenders: &mut [Contender],
+    ) {
+        let name = method.name();
+        let settings = Settings { method: method.method(), ..Settings::default() };
+        let (scene, receiver) = (&self.subject.scene, self.subject.receiver);
+        let Some(limits) = common_limits(contenders) else { return };
+        let plan = match asm_core::bake_plan(scene, receiver, self.effort.map_size, &settings, &limits) {
+            Ok(plan) => plan,
+            Err(error) => return self.fail(&name, "plan", error.to_string()),
+        };
+        let spoiled = contenders.iter().rposition(|c| c.executor.is_some());
+        let mut maps = Vec::new();
+        for (i, contender) in contenders.iter_mut().enumerate() {
+            let plan = match sabotage {
+                Some(sabotage) if spoiled == Some(i) => sabotage.spoil(&plan),
+                _ => plan.clone(),
+            };
+            if let Some(baked) = self.bake(&plan, contender, &name) {
+                maps.push((contender.entry.id, baked));
+            }
+        }
+        let results: Vec<_> = maps.iter().map(|(id, maps)| Baked { id, maps }).collect();
+        for (i, a) in results.iter().enumerate() {
+            for b in &results[i + 1..] {
+                self.check_layers(&name, a, b, |_| Some(PARITY));
+            }
+        }
+        if let Some(oracle) = self.oracle.take() {
+            let b = Baked { id: ORACLE, maps: &oracle.maps };
+            for a in &results {
+                self.check_layers(&name, a, &b, |layer| (layer == Layer::Direct).then_some(DIRECT));
+            }
+            self.oracle = Some(oracle);
+        }
+        // A spoiled executor is no measure for controls.
+        if let (None, Some(first)) = (sabotage, results.first()) {
+            self.control_plans(&name, &plan, first, contenders);
+        }
+        self.show(&name, &results);
+    }
+
+    /// Run a plan; an executor that fails is not asked again.
+    fn bake(&mut self, plan: &BakePlan, contender: &mut Contender, method: &str) -> Option<IrradianceMaps> {
+        let executor = contender.executor.as_deref_mut()?;
+        let start = Instant::now();
+        match run(plan, executor) {
+            Ok(maps) => {
+                let (id, seconds) = (contender.entry.id, start.elapsed().as_secs_f64());
+                self.note(format!("{id}, {method}: {seconds:.2} s, pipelines and transfers included"));
+                Some(maps)
+            }
+            Err(error) => {
+                contender.entry.status = Status::Failed;
+                contender.entry.reason = Some(format!("{} {method}: {error}", self.subject.name));
+                contender.executor = None;
+                None
+            }
+        }
+    }
+
+    /// One check a layer, with its controls.
+    fn check_layers(&mut self, method: &str, a: &Baked, b: &Baked, bound: impl Fn(Layer) -> Option<Bound>) {
+        for layer in Layer::ALL {
+            let absent = [a, b].map(|baked| layer.is_negligible(baked.maps));
+            // What no method makes yet, and what is in neither, cannot be compared.
+            if absent == [true, true] || (absent[0] && layer == Layer::Reflected) {
+                continue;
+            }
+            let (map_a, map_b) = (layer.of(a.maps), layer.of(b.maps));
+            let (expected, bound) = (self.expected(layer), bound(layer));
+            let judgement = judge(&map_a, &map_b, expected, bound);
+            let name = format!("{} {method} {}: {} against {}", self.subject.name, layer.name(), a.id, b.id);
+            if judgement.metrics.is_some() {
+                self.controls.extend(controls::with_spoiled_maps(&name, &map_a, &map_b, expected, bound));
+            }
+            self.checks.push(Check {
+                scene: self.subject.name.clone(),
+                method: method.into(),
+                layer: layer.name(),
+                a: a.id,
+                b: b.id,
+                metrics: serde_json::to_value(&judgement.metrics).unwrap_or_default(),
+                bound: serde_json::to_value(bound).unwrap_or_default(),
+                ok: judgement.problems.is_empty(),
+                problems: judgement.problems,
+            });
+        }
+    }
+
+    fn expected(&self, layer: Layer) -> Expected {
+        let unshadowed =
+            self.oracle.as_ref().is_some_and(|o| Layer::Direct.of(&o.maps).check_varies().is_err());
+        self.subject.expected(layer, !unshadowed)
+    }
+
+    /// Spoil the plan in every way, run it again where `good` was made, and ask for parity: it must not hold.
+    fn control_plans(&mut self, method: &str, plan: &BakePlan, good: &Baked, contenders: &mut [Contender]) {
+        let Some(contender) = contenders.iter_mut().find(|c| c.entry.id == good.id) else { return };
+        for sabotage in Sabotage::ALL {
+            let Some(executor) = contender.executor.as_deref_mut() else { return };
+            let failed = match run(&sabotage.spoil(plan), executor) {
+                Ok(maps) => Layer::ALL.into_iter().any(|layer| {
+                    let absent = layer.is_negligible(&maps) && layer.is_negligible(good.maps);
+                    let (a, b) = (layer.of(&maps), layer.of(good.maps));
+                    !absent && !judge(&a, &b, self.expected(layer), Some(PARITY)).problems.is_empty()
+                }),
+                // A plan without one of its passes may be refused: noticed as well.
+                Err(_) => true,
+            };
+            let name = format!("{} {method}: {}", self.subject.name, sabotage.description());
+            self.controls.push(Control { name, failed });
+        }
+    }
+
+    /// Everyone's pictures side by side, all light and then what has been in glass, with differences.
+    fn show(&mut self, method: &str, results: &[Baked]) {
+        let oracle = self.oracle.as_ref().map(|bake| Baked { id: ORACLE, maps: &bake.maps });
+        let everyone: Vec<&Baked> = results.iter().chain(&oracle).collect();
+        let Some(reference) = everyone.last() else { return };
+        let size = size(reference.maps);
+        for (title, pick) in [
+            ("all light", total as fn(&IrradianceMaps) -> Vec<[f32; 3]>),
+            ("refracted", |maps| maps.refracted.clone()),
+        ] {
+            let layers: Vec<_> = everyone.iter().map(|baked| pick(baked.maps)).collect();
+            let maps: Vec<_> = layers.iter().map(|xyz| Map { size, xyz }).collect();
+            let exposure = maps.last().and_then(exposure).unwrap_or(1.0);
+            let mut pictures: Vec<_> =
+                everyone.iter().zip(&maps).map(|(b, m)| (b.id.to_owned(), shown(m, exposure))).collect();
+            for j in 1..maps.len() {
+                let (a, b) = (&maps[0], &maps[j]);
+                // Against the oracle the scale is the picture's own; executors differ by far less than that.
+                let scale = if everyone[j].id == ORACLE { 1.0 / exposure } else { largest_difference(a, b) };
+                let caption = format!(
+                    "{} - {}: red +{scale:.1e}, blue -{scale:.1e} lux",
+                    everyone[0].id, everyone[j].id
+                );
+                pictures.push((caption, difference(a, b, scale)));
+            }
+            let title = format!("{method}, {title}, exposure {exposure:.3e} / lux");
+            self.entry.rows.push(PictureRow { title, pictures });
+        }
+    }
+
+    /// Tell the terminal and the report.
+    pub(super) fn note(&mut self, note: String) {
+        eprintln!("  {note}");
+        self.entry.notes.push(note);
+    }
+
+    /// Something that should have given a result gave an error.
+    pub(super) fn fail(&mut self, method: &str, what: &'static str, problem: String) {
+        eprintln!("  {what}: {problem}");
+        self.checks.push(Check {
+            scene: self.subject.name.clone(),
+            method: method.into(),
+            layer: "all",
+            a: what,
+            b: what,
+            metrics: serde_json::Value::Null,
+            bound: serde_json::Value::Null,
+            ok: false,
+            problems: vec![problem],
+        });
+    }
+}
+
+/// One frame of a plan that is prepared anew.
+fn run(plan: &BakePlan, executor: &mut dyn Executor) -> Result<IrradianceMaps, ExecuteError> {
+    executor.prepare(&plan.plan)?;
+    executor.execute()?;
+    Ok(plan.read(executor)?.0)
+}
+
+/// What every executor can hold: parity means one plan for all. None if there is no executor.
+pub(super) fn common_limits(contenders: &[Contender]) -> Option<Limits> {
+    let limits = contenders.iter().filter_map(|c| c.executor.as_ref()).map(|e| e.limits());
+    limits.reduce(|a, b| Limits {
+        max_texture_size: a.max_texture_size.min(b.max_texture_size),
+        max_storage_binding_bytes: a.max_storage_binding_bytes.min(b.max_storage_binding_bytes),
+        max_buffer_bytes: a.max_buffer_bytes.min(b.max_buffer_bytes),
+        max_groups_per_dimension: a.max_groups_per_dimension.min(b.max_groups_per_dimension),
+        max_total_bytes: a.max_total_bytes.min(b.max_total_bytes),
+    })
+}
+
+/// Largest difference of Y, or 1 where there is none.
+fn largest_difference(a: &Map<'_>, b: &Map<'_>) -> f64 {
+    let largest = a.xyz.iter().zip(b.xyz).map(|(a, b)| f64::from((a[1] - b[1]).abs())).fold(0.0, f64::max);
+    if largest > 0.0 { largest } else { 1.0 }
+}
+
+/// A callback that rewrites one line of a terminal; a pipe gets none.
+pub(super) fn percent_on_terminal(what: &'static str) -> impl Fn(f64) + Sync {
+    let last = AtomicU32::new(u32::MAX);
+    let terminal = std::io::stderr().is_terminal();
+    move |share| {
+        let percent = (share * 100.0) as u32;
+        if terminal && last.swap(percent, Ordering::Relaxed) != percent {
+            let end = if percent >= 100 { "\r            \r" } else { "" };
+            let _ = write!(std::io::stderr(), "\r  {what} {percent:3} %{end}");
+        }
+    }
+}

@@ -1,0 +1,212 @@
+//! `cargo xtask compare`: every executor on every scene with every method, against each other and the oracle.
+
+mod bakes;
+mod controls;
+mod pictures;
+mod report;
+
+use std::env;
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use asm_core::Method;
+use clap::ValueEnum;
+use frame_plan::{ExecuteError, Executor};
+use xtask::executors::EXECUTORS;
+use xtask::sabotage::Sabotage;
+use xtask::subject::Subject;
+
+use crate::{driver, paths, test};
+use report::{ExecutorEntry, Report, Status};
+
+/// Set for the process that compares, which must have a driver's variables from its start: says what driver there is.
+const DRIVER_MARK: &str = "SPECTRAL_XTASK_DRIVER";
+
+/// Compare all executors with each other and with the oracle; writes report.html and report.json.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// A bundled scene, `bunny-glass` or a glTF file; all of them by default. May be repeated.
+    #[arg(long = "scene", value_name = "SCENE")]
+    scenes: Vec<String>,
+    /// A method; all of them by default. May be repeated.
+    #[arg(long = "method", value_name = "METHOD")]
+    methods: Vec<MethodName>,
+    /// Smaller maps, less oracle, and three scenes unless others are named.
+    #[arg(long)]
+    quick: bool,
+    /// Spoil one executor's plan: the comparison must notice and end with status 1.
+    #[arg(long)]
+    sabotage: Option<Sabotage>,
+    /// Where the report goes.
+    #[arg(long, value_name = "DIR", default_value_os_t = paths::target().join("compare"))]
+    out: PathBuf,
+}
+
+/// Methods by the names that `spectral --method` takes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum MethodName {
+    CausticsMap,
+}
+
+impl MethodName {
+    const fn method(self) -> Method {
+        match self {
+            Self::CausticsMap => Method::CausticsMap,
+        }
+    }
+
+    fn name(self) -> String {
+        self.to_possible_value().map_or_else(String::new, |v| v.get_name().to_owned())
+    }
+}
+
+/// Scenes of a quick run: one each with flat faces, smooth normals and total reflection.
+const QUICK_SCENES: [&str; 3] = ["prism", "sphere", "gem"];
+
+/// What a run costs.
+struct Effort {
+    /// Texels across and down a bake.
+    map_size: [u32; 2],
+    /// Photons of the oracle, per scene.
+    oracle_photons: u64,
+    /// Pixels across and down a camera picture.
+    picture_size: [u32; 2],
+    /// Eye paths of the oracle, per pixel and lamp.
+    oracle_samples: u32,
+}
+
+impl Effort {
+    const FULL: Self =
+        Self { map_size: [256, 256], oracle_photons: 1 << 23, picture_size: [320, 180], oracle_samples: 4 };
+    const QUICK: Self =
+        Self { map_size: [128, 128], oracle_photons: 1 << 21, picture_size: [160, 90], oracle_samples: 2 };
+}
+
+/// An executor and what became of it.
+struct Contender {
+    entry: ExecutorEntry,
+    /// None once it is skipped or has failed.
+    executor: Option<Box<dyn Executor>>,
+}
+
+/// Find a driver, compare, write the report.
+///
+/// # Errors
+/// Unknown scenes, an unwritable folder. What the comparison itself finds is the report's, and the exit code's.
+pub(crate) fn run(args: &Args) -> Result<ExitCode> {
+    let Some(driver) = env::var(DRIVER_MARK).ok() else {
+        return with_driver();
+    };
+    let start = Instant::now();
+    let subjects = subjects(args)?;
+    let methods =
+        if args.methods.is_empty() { MethodName::value_variants() } else { args.methods.as_slice() };
+    let effort = if args.quick { Effort::QUICK } else { Effort::FULL };
+    let mut contenders = contenders(&driver);
+    let mut report = Report {
+        executors: Vec::new(),
+        sabotage: args.sabotage,
+        controls: Vec::new(),
+        checks: Vec::new(),
+        map_size: effort.map_size,
+        scenes: Vec::new(),
+        seconds: 0.0,
+    };
+    for (i, subject) in subjects.iter().enumerate() {
+        eprintln!("[{}/{}] {}", i + 1, subjects.len(), subject.name);
+        bakes::compare(subject, methods, &effort, args.sabotage, &mut contenders, &mut report);
+    }
+    report.executors = contenders.into_iter().map(|c| c.entry).collect();
+    report.seconds = start.elapsed().as_secs_f64();
+    finish(&report, args)
+}
+
+/// Write the report and say in a few lines what is in it.
+fn finish(report: &Report, args: &Args) -> Result<ExitCode> {
+    let skips_fail = test::runs_in_ci();
+    let page = report.write(&args.out, skips_fail)?;
+    for executor in &report.executors {
+        let what = executor.reason.as_deref().unwrap_or(&executor.device);
+        println!("{}: {}, {what}", executor.id, executor.status.word());
+    }
+    let failures = report.failures(skips_fail);
+    failures.iter().for_each(|failure| println!("failed: {failure}"));
+    println!(
+        "{} checks, {} negative controls, {} failures, {:.0} s; {}",
+        report.checks.len(),
+        report.controls.len(),
+        failures.len(),
+        report.seconds,
+        page.display()
+    );
+    Ok(if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Start this program again with a driver in its environment: the Vulkan loader reads that once.
+fn with_driver() -> Result<ExitCode> {
+    let driver = driver::find_or_fetch(false)?;
+    let available = !driver.adapters.is_empty();
+    eprintln!("{}: {}", if available { "Vulkan driver" } else { "warning" }, driver.description);
+    let program = env::current_exe().context("where this program lies is unknown")?;
+    let status = Command::new(&program)
+        .args(env::args_os().skip(1))
+        .envs(driver.environment.iter().map(|(name, value)| (name, value)))
+        .env(DRIVER_MARK, if available { "" } else { driver.description.as_str() })
+        .status()
+        .with_context(|| format!("cannot start {}", program.display()))?;
+    Ok(match status.code() {
+        Some(0) => ExitCode::SUCCESS,
+        // Usage errors keep their code; whatever took the process down is a failure.
+        Some(2) => ExitCode::from(2),
+        _ => ExitCode::FAILURE,
+    })
+}
+
+fn subjects(args: &Args) -> Result<Vec<Subject>> {
+    let names: Vec<&str> = match (args.scenes.as_slice(), args.quick) {
+        ([], false) => Subject::names().collect(),
+        ([], true) => QUICK_SCENES.to_vec(),
+        (named, _) => named.iter().map(String::as_str).collect(),
+    };
+    let root = paths::workspace_root();
+    let subjects: Vec<_> = names
+        .into_iter()
+        .map(|name| Subject::open(name, &root).with_context(|| format!("--scene {name}")))
+        .collect::<Result<_>>()?;
+    if subjects.is_empty() {
+        bail!("there is no scene to compare");
+    }
+    Ok(subjects)
+}
+
+/// Start every executor that can be started; `driver` says why there may be no device, or is empty.
+fn contenders(driver: &str) -> Vec<Contender> {
+    let contender = |candidate: &xtask::executors::Candidate| {
+        let mut entry = ExecutorEntry {
+            id: candidate.id,
+            status: Status::Ran,
+            device: String::new(),
+            driver: String::new(),
+            reason: None,
+        };
+        let executor = match (candidate.open)() {
+            Ok(executor) => {
+                entry.device.clone_from(&executor.info().device);
+                entry.driver.clone_from(&executor.info().driver);
+                Some(executor)
+            }
+            Err(error) => {
+                let missing = matches!(error, ExecuteError::NoDevice { .. });
+                entry.status = if missing { Status::Skipped } else { Status::Failed };
+                let hint = if driver.is_empty() { String::new() } else { format!("; {driver}") };
+                entry.reason = Some(format!("{error}{hint}"));
+                None
+            }
+        };
+        eprintln!("{}: {}", entry.id, entry.reason.as_deref().unwrap_or(&entry.device));
+        Contender { entry, executor }
+    };
+    EXECUTORS.iter().map(contender).collect()
+}

@@ -1,0 +1,190 @@
+//! The report as one page that needs nothing beside itself.
+
+use std::fmt::Write;
+
+use serde_json::Value;
+
+use super::{Check, Report, SceneEntry};
+
+const STYLE: &str = "
+:root { color-scheme: light dark; --line: #8884; --bad: #c62828; --good: #2e7d32; }
+body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; padding: 0 1.5rem; max-width: 110rem; }
+h1 { margin-bottom: 0; } h2 { margin-top: 2.5rem; border-top: 1px solid var(--line); padding-top: 1rem; }
+table { border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums; }
+th, td { padding: .2rem .8rem .2rem 0; text-align: left; border-bottom: 1px solid var(--line); vertical-align: top; }
+td.number, th.number { text-align: right; } .ok { color: var(--good); } .bad { color: var(--bad); font-weight: 600; }
+.row { display: flex; flex-wrap: wrap; gap: 1rem; } figure { margin: 0; } figcaption { font-size: 13px; }
+img { display: block; width: 256px; image-rendering: pixelated; background: #000; }
+img.wide { width: 320px; image-rendering: auto; } .note { opacity: .75; margin: .2rem 0; }
+";
+
+/// The metrics as DESIGN.md defines them, for readers who have only the page.
+const LEGEND: &str = "Irradiance on each scene's receiver, in its UV space, per layer. \
+ΔE is CIEDE2000 over texels above 0.5 % of the reference's (b's) 99th-percentile Y, at exposure 1 / that Y, Lab relative to \
+XYZ at Y = 1 of unblocked perpendicular light of the lamps. RMS is RMS(a - b) / RMS(b) of Y, also after binning to 64 × 64. \
+Camera pictures: mean FLIP at 67 pixels per degree on sRGB, at the exposure stated, tone map: clip. \
+A bound in brackets is asserted; where there is none the distance is the method's own error and only shown. \
+In difference maps red is more than b, blue less.";
+
+/// The whole page.
+pub(super) fn page(report: &Report, skips_fail: bool) -> String {
+    let failures = report.failures(skips_fail);
+    let mut out = String::new();
+    let html = &mut out;
+    push(
+        html,
+        format_args!(
+            "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>compare</title><style>{STYLE}</style>"
+        ),
+    );
+    push(html, format_args!("<h1>cargo xtask compare</h1>"));
+    let held = report.checks.iter().filter(|c| c.ok).count();
+    let failed = report.controls.iter().filter(|c| c.failed).count();
+    push(
+        html,
+        format_args!(
+            "<p class=\"{}\">{held} of {} checks hold, {failed} of {} negative controls fail as they must; \
+             {} × {} texels, {:.0} s</p>",
+            if failures.is_empty() { "ok" } else { "bad" },
+            report.checks.len(),
+            report.controls.len(),
+            report.map_size[0],
+            report.map_size[1],
+            report.seconds,
+        ),
+    );
+    if let Some(sabotage) = report.sabotage {
+        push(html, format_args!("<p class=\"bad\">Sabotaged: {}.</p>", sabotage.description()));
+    }
+    if !failures.is_empty() {
+        push(html, format_args!("<ul>"));
+        failures.iter().for_each(|f| push(html, format_args!("<li class=\"bad\">{}</li>", escaped(f))));
+        push(html, format_args!("</ul>"));
+    }
+    executors(html, report);
+    push(html, format_args!("<p class=\"note\">{LEGEND}</p>"));
+    report.scenes.iter().for_each(|entry| scene(html, report, entry));
+    controls(html, report);
+    out
+}
+
+fn executors(html: &mut String, report: &Report) {
+    push(html, format_args!("<table><tr><th>executor<th>status<th>device<th>driver<th>reason"));
+    for executor in &report.executors {
+        push(
+            html,
+            format_args!(
+                "<tr><td>{}<td>{}<td>{}<td>{}<td>{}",
+                executor.id,
+                executor.status.word(),
+                escaped(&executor.device),
+                escaped(&executor.driver),
+                escaped(executor.reason.as_deref().unwrap_or_default()),
+            ),
+        );
+    }
+    push(html, format_args!("</table>"));
+}
+
+fn scene(html: &mut String, report: &Report, entry: &SceneEntry) {
+    push(html, format_args!("<h2>{}</h2>", escaped(&entry.name)));
+    for note in &entry.notes {
+        push(html, format_args!("<p class=\"note\">{}</p>", escaped(note)));
+    }
+    push(
+        html,
+        format_args!(
+            "<table><tr><th>method<th>layer<th>a<th>b<th class=\"number\">ΔE mean<th class=\"number\">ΔE 95 %\
+             <th class=\"number\">RMS<th class=\"number\">RMS 64<th class=\"number\">total Y\
+             <th class=\"number\">FLIP<th>result"
+        ),
+    );
+    report.checks.iter().filter(|c| c.scene == entry.name).for_each(|c| check(html, c));
+    push(html, format_args!("</table>"));
+    for row in &entry.rows {
+        push(html, format_args!("<h3>{}</h3><div class=\"row\">", escaped(&row.title)));
+        for (caption, png) in &row.pictures {
+            let class = if png.size[0] == png.size[1] { "" } else { " class=\"wide\"" };
+            push(
+                html,
+                format_args!(
+                    "<figure><img{class} alt=\"\" src=\"{}\"><figcaption>{}</figcaption></figure>",
+                    png.data_uri(),
+                    escaped(caption)
+                ),
+            );
+        }
+        push(html, format_args!("</div>"));
+    }
+}
+
+fn check(html: &mut String, check: &Check) {
+    push(
+        html,
+        format_args!("<tr><td>{}<td>{}<td>{}<td>{}", escaped(&check.method), check.layer, check.a, check.b),
+    );
+    for name in ["delta_e_mean", "delta_e_p95", "rms", "rms_64", "total_y", "flip_mean"] {
+        push(html, format_args!("<td class=\"number\">{}", number(&check.metrics[name])));
+        if !check.metrics[name].is_null() && !check.bound[name].is_null() {
+            let sign = if name == "total_y" { "1 ± " } else { "≤ " };
+            push(html, format_args!(" [{sign}{}]", number(&check.bound[name])));
+        }
+    }
+    let (class, word) = match (check.ok, check.bound.is_null()) {
+        (false, _) => ("bad", check.problems.join("; ")),
+        (true, true) => ("", "shown".into()),
+        (true, false) => ("ok", "holds".into()),
+    };
+    push(html, format_args!("<td class=\"{class}\">{}", escaped(&word)));
+}
+
+fn controls(html: &mut String, report: &Report) {
+    push(
+        html,
+        format_args!(
+            "<h2>Negative controls</h2><details><summary>{} comparisons of spoiled results</summary><ul>",
+            report.controls.len()
+        ),
+    );
+    for control in &report.controls {
+        let (class, word) = if control.failed { ("", "failed, as it must") } else { ("bad", "passed") };
+        push(html, format_args!("<li class=\"{class}\">{}: {word}</li>", escaped(&control.name)));
+    }
+    push(html, format_args!("</ul></details></html>"));
+}
+
+fn number(value: &Value) -> String {
+    match value.as_f64() {
+        None => "–".into(),
+        Some(0.0) => "0".into(),
+        Some(v) if v.abs() < 1e-3 => format!("{v:.1e}"),
+        Some(v) => format!("{v:.4}"),
+    }
+}
+
+/// Text as HTML.
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+}
+
+fn push(html: &mut String, text: std::fmt::Arguments<'_>) {
+    html.write_fmt(text).expect("a String takes all text");
+    html.push('\n');
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_cannot_become_markup() {
+        assert_eq!(escaped("<b a=\"1\"> & c"), "&lt;b a=&quot;1&quot;&gt; &amp; c");
+    }
+
+    #[test]
+    fn numbers_keep_their_digits() {
+        let shown = [0.0, 1.25e-5, 0.5, 1.00002].map(|v| number(&Value::from(v)));
+        assert_eq!(shown, ["0", "1.3e-5", "0.5000", "1.0000"]);
+        assert_eq!(number(&Value::Null), "–");
+    }
+}

@@ -1,0 +1,172 @@
+//! What `compare` found, as data, and written as `report.json` and `report.html`.
+
+mod html;
+mod picture;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use serde::Serialize;
+use serde_json::Value;
+
+use xtask::sabotage::Sabotage;
+
+pub(crate) use picture::{Png, difference, shown};
+
+/// Everything that one run of `compare` found.
+#[derive(Serialize)]
+pub(crate) struct Report {
+    /// Executors of the project, run or not.
+    pub(crate) executors: Vec<ExecutorEntry>,
+    /// What was spoiled on purpose.
+    pub(crate) sabotage: Option<Sabotage>,
+    /// Comparisons that must fail.
+    pub(crate) controls: Vec<Control>,
+    /// Comparisons that must hold.
+    pub(crate) checks: Vec<Check>,
+    /// Texels across and down of every bake.
+    pub(crate) map_size: [u32; 2],
+    /// Pictures, oracle effort and notes.
+    pub(crate) scenes: Vec<SceneEntry>,
+    /// How long all of it took, seconds.
+    pub(crate) seconds: f64,
+}
+
+/// Whether an executor did its part.
+#[derive(Serialize, Clone, Copy, PartialEq, Eq, Debug)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Status {
+    /// On every plan it was given.
+    Ran,
+    /// The machine lacks what it needs.
+    Skipped,
+    /// It broke.
+    Failed,
+}
+
+/// An executor and what became of it.
+#[derive(Serialize)]
+pub(crate) struct ExecutorEntry {
+    /// `cpu`, `wgpu` or `vulkan`.
+    pub(crate) id: &'static str,
+    /// Whether it ran.
+    pub(crate) status: Status,
+    /// Device name, if there is a device.
+    pub(crate) device: String,
+    /// Driver name and version, if there is one.
+    pub(crate) driver: String,
+    /// Why it was skipped or failed.
+    pub(crate) reason: Option<String>,
+}
+
+/// A comparison with one input spoiled.
+#[derive(Serialize)]
+pub(crate) struct Control {
+    /// Which check was repeated, and what was spoiled.
+    pub(crate) name: String,
+    /// It failed, as it must.
+    pub(crate) failed: bool,
+}
+
+/// A comparison of two results.
+#[derive(Serialize)]
+pub(crate) struct Check {
+    /// Scene name.
+    pub(crate) scene: String,
+    /// Method name.
+    pub(crate) method: String,
+    /// `direct`, `refracted`, `reflected`, or `camera`.
+    pub(crate) layer: &'static str,
+    /// Whose result.
+    pub(crate) a: &'static str,
+    /// Against whose.
+    pub(crate) b: &'static str,
+    /// Distance of a from b; null where there was nothing to compare.
+    pub(crate) metrics: Value,
+    /// What was asserted; null where the distance is only shown.
+    pub(crate) bound: Value,
+    /// Nothing is wrong.
+    pub(crate) ok: bool,
+    /// What is wrong, with the numbers.
+    pub(crate) problems: Vec<String>,
+}
+
+/// One scene's part of the report.
+#[derive(Serialize)]
+pub(crate) struct SceneEntry {
+    /// Scene name.
+    pub(crate) name: String,
+    /// Lines a reader should know: effort, standard error, time.
+    pub(crate) notes: Vec<String>,
+    /// Rows of pictures for the HTML.
+    #[serde(skip)]
+    pub(crate) rows: Vec<PictureRow>,
+}
+
+/// Pictures side by side.
+pub(crate) struct PictureRow {
+    /// What they show.
+    pub(crate) title: String,
+    /// Caption and picture.
+    pub(crate) pictures: Vec<(String, Png)>,
+}
+
+impl Report {
+    /// What a person should be told went wrong, one line each; empty if all is well.
+    pub(crate) fn failures(&self, skips_fail: bool) -> Vec<String> {
+        let executors = self.executors.iter().filter_map(|e| {
+            let fails = e.status == Status::Failed || (skips_fail && e.status == Status::Skipped);
+            let reason = e.reason.as_deref().unwrap_or("no reason given");
+            fails.then(|| format!("executor {} {}: {reason}", e.id, e.status.word()))
+        });
+        let checks = self.checks.iter().filter(|c| !c.ok).map(|c| {
+            format!(
+                "{} {} {}: {} against {}: {}",
+                c.scene,
+                c.method,
+                c.layer,
+                c.a,
+                c.b,
+                c.problems.join("; ")
+            )
+        });
+        let controls = self.controls.iter().filter(|c| !c.failed);
+        let controls = controls.map(|c| format!("control `{}` should have failed and passed", c.name));
+        executors.chain(checks).chain(controls).collect()
+    }
+
+    /// Write `report.json` and `report.html` into `folder`; returns the latter's path.
+    ///
+    /// # Errors
+    /// If the folder cannot be made or written; nothing half-written stays.
+    pub(crate) fn write(&self, folder: &Path, skips_fail: bool) -> Result<PathBuf> {
+        fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+        write_whole(&folder.join("report.json"), serde_json::to_string_pretty(self)?.as_bytes())?;
+        let page = folder.join("report.html");
+        write_whole(&page, html::page(self, skips_fail).as_bytes())?;
+        Ok(page)
+    }
+}
+
+impl Status {
+    /// As in the JSON.
+    pub(crate) const fn word(self) -> &'static str {
+        match self {
+            Self::Ran => "ran",
+            Self::Skipped => "skipped",
+            Self::Failed => "failed",
+        }
+    }
+}
+
+/// Write beside `path` and rename, so that readers see the old file or the new one.
+fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let partial = path.with_extension(format!("partial-{}", std::process::id()));
+    let written = fs::write(&partial, bytes).and_then(|()| fs::rename(&partial, path));
+    if written.is_err() {
+        // It may not exist; the error to tell is the first one.
+        let _ = fs::remove_file(&partial);
+    }
+    written.with_context(|| format!("cannot write {}", path.display()))
+}
