@@ -127,6 +127,7 @@ fn landing_triangle(at: Located) -> u32 {
 // Shah's rayGeo: project the guess into the light's view, see what surface is there, guess again.
 fn find_landing(ray: Ray) -> Landing {
     var distance = max(dot(params.landing_center - ray.origin, ray.direction), 0.0);
+    var last = NOTHING;
     for (var i = 0u; i < params.landing_iterations; i++) {
         let guess = ray.origin + distance * ray.direction;
         let at = locate_clamped(params.landing_view, params.landing_faces, guess);
@@ -141,6 +142,10 @@ fn find_landing(ray: Ray) -> Landing {
         let ahead = plane_hit(triangles[visible - 1u], ray);
         if params.landing_update == LANDING_PLANE && ahead.crosses && ahead.distance >= 0.0 {
             distance = ahead.distance;
+            if visible == last {
+                break; // the same plane again
+            }
+            last = visible;
             continue;
         }
         let light_ray = view_ray_through(views[at.view], guess);
@@ -167,67 +172,6 @@ fn find_landing(ray: Ray) -> Landing {
         return Landing(END_OUTSIDE_MAP, at, distance, false);
     }
     return Landing(END_LANDED, at, distance, abs(hit.distance - distance) > 0.01 * distance + SAME_SURFACE);
-}
-
-fn map_add(index: u32, value: u32) {
-    if value == 0u {
-        return;
-    }
-    let before = atomicAdd(&map[2u * index], value);
-    if before + value < value {
-        atomicAdd(&map[2u * index + 1u], 1u);
-    }
-}
-
-const MAX_TAPS: u32 = 17u; // splat_taps to each side, at most 8
-
-// Adds `deposit` to the map round `at`; the taps of a Gaussian are differences of rounded cumulative shares, so they sum to
-// the deposit. Taps beyond the map's edge fall on its last texel.
-fn splat(at: Located, deposit: vec3<u32>) {
-    let size = vec2<i32>(views[at.view].size);
-    let center = vec2<i32>(at.texel);
-    let face = i32(at.face) * size.x * size.y;
-    if params.splat_taps == 0u {
-        let index = u32(face + center.y * size.x + center.x);
-        for (var c = 0u; c < 3u; c++) {
-            map_add(3u * index + c, deposit[c]);
-        }
-        return;
-    }
-    let taps = 2u * params.splat_taps + 1u;
-    let offset = at.texel - floor(at.texel) - 0.5 + f32(params.splat_taps);
-    let sharpness = -0.5 / (params.splat_sigma * params.splat_sigma);
-    var share_x: array<u32, MAX_TAPS>;
-    var share_y: array<u32, MAX_TAPS>;
-    var sum = vec2<f32>(0.0);
-    for (var i = 0u; i < taps; i++) {
-        let d = vec2<f32>(f32(i)) - offset;
-        sum += exp(sharpness * d * d);
-    }
-    var running = vec2<f32>(0.0);
-    for (var i = 0u; i < taps; i++) {
-        let d = vec2<f32>(f32(i)) - offset;
-        running += exp(sharpness * d * d);
-        let last = i + 1u == taps;
-        share_x[i] = select(part_from(running.x / sum.x), WHOLE, last);
-        share_y[i] = select(part_from(running.y / sum.y), WHOLE, last);
-    }
-    for (var c = 0u; c < 3u; c++) {
-        var before_y = 0u;
-        for (var j = 0u; j < taps; j++) {
-            let until_y = flux_part(deposit[c], share_y[j]);
-            let row = until_y - before_y;
-            before_y = until_y;
-            let y = clamp(center.y + i32(j) - i32(params.splat_taps), 0, size.y - 1);
-            var before_x = 0u;
-            for (var i = 0u; i < taps; i++) {
-                let until_x = flux_part(row, share_x[i]);
-                let x = clamp(center.x + i32(i) - i32(params.splat_taps), 0, size.x - 1);
-                map_add(3u * u32(face + y * size.x + x) + c, until_x - before_x);
-                before_x = until_x;
-            }
-        }
-    }
 }
 
 fn spot_falloff(direction: vec3<f32>) -> f32 {
@@ -338,11 +282,12 @@ fn trace(texel: vec2<u32>, band: u32) -> Photon {
         photon = absorb(photon, exp(-medium.absorption * landing.distance));
     }
     let weight = bands[params.first_band + band].weight;
-    splat(landing.at, vec3<u32>(
+    let deposit = vec3<u32>(
         flux_part(photon.flux, weight.x),
         flux_part(photon.flux, weight.y),
         flux_part(photon.flux, weight.z),
-    ));
+    );
+    splat(landing.at, deposit, params.splat_taps, params.splat_sigma);
     return photon;
 }
 

@@ -1,5 +1,5 @@
 // Irradiance of one light on the receiver's UV square, added to what other lights left there: texel means over a grid of
-// samples. Host side: `passes/receiver_bake.rs`.
+// samples; what falls on the back of the receiver does not count. Host side: `passes/receiver_bake.rs`.
 
 struct ReceiverBake {
     light: Light,
@@ -51,8 +51,7 @@ fn receiver_bake(@builtin(global_invocation_id) id: vec3<u32>) {
             let e2 = t.p2 - t.p0;
             let weights = uv_weights(visible - 1u, (vec2<f32>(sample) + 0.5) / grid);
             let point = t.p0 + weights.x * e1 + weights.y * e2;
-            let both_sides = (t.flags & TRIANGLE_DOUBLE_SIDED) != 0u;
-            let light = irradiance_at(point, normalize(cross(e1, e2)), both_sides, visible);
+            let light = irradiance_at(point, normalize(cross(e1, e2)), visible);
             direct += light.direct;
             refracted += light.refracted;
             covered += 1.0;

@@ -87,7 +87,7 @@ fn radiance_at(sample: vec2<u32>) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let normal = -sign(hit.facing) * interpolated_normal(t, hit); // of the side that is seen
-    let light = irradiance_at(ray.origin + hit.distance * ray.direction, normal, false, visible);
+    let light = irradiance_at(ray.origin + hit.distance * ray.direction, normal, visible);
     let linear_srgb_from_xyz =
         mat3x3<f32>(params.linear_srgb_from_x, params.linear_srgb_from_y, params.linear_srgb_from_z);
     let xyz_from_linear_srgb = mat3x3<f32>(params.xyz_from_r, params.xyz_from_g, params.xyz_from_b);

@@ -122,15 +122,12 @@ fn caustic_at(lit: Lit) -> vec3<f32> {
     return select(sum, vec3<f32>(0.0), surrounded);
 }
 
-// XYZ lux on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count); light
-// from behind counts if `both_sides`.
-fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, both_sides: bool, own: u32) -> Irradiance {
+// XYZ lux on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);
+// light from behind does not count.
+fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
     let view = views[params.light.direct_view];
     let light_ray = view_ray_through(view, p);
-    var cosine = -dot(light_ray.direction, normal);
-    if both_sides {
-        cosine = abs(cosine);
-    }
+    let cosine = -dot(light_ray.direction, normal);
     if cosine <= 0.0 {
         return Irradiance(vec3<f32>(0.0), vec3<f32>(0.0));
     }

@@ -7,12 +7,14 @@ use glam::{UVec2, Vec4};
 use serde::{Deserialize, Serialize};
 use spectral_scene::{IrradianceMaps, Scene};
 
-use crate::caustics::{Caustics, Purpose, Receivers};
+use crate::caustics::Caustics;
+use crate::lights::{Purpose, Receivers};
 use crate::passes::receiver_bake::ReceiverBake;
 use crate::passes::uv_visibility::UvVisibility;
 use crate::resources::cleared;
 use crate::statistics::{Books, Statistics};
-use crate::{PlanError, Settings};
+use crate::update::update;
+use crate::{PlanError, Settings, UpdateError};
 
 /// A plan whose frame is a bake, and what is needed to read it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -55,8 +57,13 @@ pub fn bake_plan(
     let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
     let texels = u64::from(size[0]) * u64::from(size[1]);
     let sampled = size.map(|s| s.saturating_mul(settings.bake_samples));
-    let uv_visible =
-        caustics.resources.texture("uv", TextureFormat::R32Uint, sampled, 1, "the bake's size or bake_samples")?;
+    let uv_visible = caustics.resources.texture(
+        "uv",
+        TextureFormat::R32Uint,
+        sampled,
+        1,
+        "the bake's size or bake_samples",
+    )?;
     let corner_uvs = caustics.resources.filled("corner uvs", &caustics.geometry.corner_uvs)?;
     let irradiance = caustics.resources.buffer("irradiance", 32 * texels, "the bake's size")?;
     caustics.resources.make_readable(irradiance);
@@ -131,6 +138,18 @@ fn check_receiver(scene: &Scene, receiver: usize) -> Result<String, PlanError> {
 }
 
 impl BakePlan {
+    /// Brings an executor that has this plan prepared to `next`, made from the scene with its lights, cameras or objects moved,
+    /// or its materials' numbers changed: parameters and buffer contents that differ are written, nothing is allocated or
+    /// compiled on the device.
+    ///
+    /// # Errors
+    /// [`UpdateError::StructureChanged`] where the plans differ in more than numbers, before anything is written.
+    pub fn update(&mut self, executor: &mut dyn Executor, next: Self) -> Result<(), UpdateError> {
+        update(executor, &mut self.plan, next.plan)?;
+        self.books = next.books;
+        Ok(())
+    }
+
     /// What the last frame of `executor`, which runs this plan, left behind.
     ///
     /// # Errors

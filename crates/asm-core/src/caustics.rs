@@ -4,14 +4,14 @@
 //! surfaces behind the front of the glass where light may land, all opaque surfaces for shadows; then photons, then the map
 //! as floats. Lights run one after the other and share textures and map, so memory does not grow with their number.
 
-use std::ops::Range;
+use frame_plan::{Bound, Limits, PassStep, ResourceId, Step, Targets, TextureFormat};
+use glam::DVec3;
+use spectral_scene::{Effects, Scene};
 
-use frame_plan::{Bound, Decision, Limits, PassStep, ResourceId, Step, Targets, TextureFormat};
-use glam::{DVec3, UVec2, Vec3};
-use spectral_scene::{Effects, LightShape, Scene};
-
-use crate::bands::{Glass, LightBands, one_wavelength};
+use crate::bands::Glass;
+use crate::decisions::decisions;
 use crate::geometry::{Geometry, bounds};
+use crate::lights::{LightSetup, Purpose, Receivers, light_setups, texel_extent};
 use crate::passes::map_resolve::MapResolve;
 use crate::passes::photon_trace::{Band, LANDING_DISTANCE, LANDING_PLANE, Optics, PhotonTrace};
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
@@ -22,47 +22,7 @@ use crate::shared::ledger::{LEDGER_ROWS, LEDGER_WORDS};
 use crate::shared::triangle::Triangle;
 use crate::shared::view::View;
 use crate::statistics::LightBooks;
-use crate::view_fit::{Source, fit, fit_one};
 use crate::{Interfaces, LandingUpdate, PlanError, Settings, Splat, WorkingSpace};
-
-/// Largest number of photons of a light: 2^30 units each, added up in 64 bits.
-const MAX_PHOTONS: u64 = 1 << 34;
-
-/// Everything in working units lies within this of the origin.
-pub(crate) const REACH: f64 = 1.0;
-
-/// Where light may land, and what for.
-#[derive(Clone, Copy)]
-pub(crate) enum Receivers {
-    /// The object to bake onto.
-    Object(usize),
-    /// All opaque objects.
-    Opaque,
-}
-
-/// One light, ready to be turned into steps.
-struct LightSetup {
-    name: String,
-    index: usize,
-    source: Source,
-    bands: LightBands,
-    first_band: u32,
-    /// In `views`: emission first, then the map's.
-    views: Range<u32>,
-    caustic: bool,
-    /// Glass has back faces that light may leave by.
-    exits: bool,
-    /// The map's views miss opaque surfaces before the glass, which shadows need.
-    separate_direct: bool,
-    shadows: bool,
-    landing_from: f64,
-    /// Middle of the bounds of the receivers behind the front of the glass.
-    landing_center: Vec3,
-    spot_axis: Vec3,
-    spot_scale: f32,
-    spot_offset: f32,
-    range: f32,
-}
 
 /// What a pass that shades with a light binds.
 pub(crate) struct LightStep {
@@ -78,7 +38,6 @@ pub(crate) struct LightStep {
 pub(crate) struct Caustics<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) settings: &'a Settings,
-    pub(crate) effects: Effects,
     pub(crate) space: WorkingSpace,
     pub(crate) geometry: Geometry,
     pub(crate) resources: Resources<'a>,
@@ -101,16 +60,6 @@ struct Shared {
     map_depth: ResourceId,
     map: ResourceId,
     caustic: ResourceId,
-}
-
-/// What a plan is for.
-pub(crate) struct Purpose {
-    pub(crate) name: String,
-    pub(crate) receivers: Receivers,
-    pub(crate) map_size: u32,
-    /// A view besides the lights', which becomes the last in `views`.
-    pub(crate) camera: Option<View>,
-    pub(crate) shadows: bool,
 }
 
 impl<'a> Caustics<'a> {
@@ -139,21 +88,8 @@ impl<'a> Caustics<'a> {
         let triangles = resources.filled::<Triangle>("triangles", &geometry.triangles)?;
         let views = resources.filled("views", &views)?;
         let (shared, ledger) = shared_resources(&mut resources, &setups, settings, purpose, &bands, &optics)?;
-        let mut caustics = Self {
-            scene,
-            settings,
-            effects,
-            space,
-            geometry,
-            resources,
-            triangles,
-            views,
-            ledger,
-            setups,
-            shared,
-        };
-        caustics.decide();
-        Ok(caustics)
+        resources.plan.decisions = decisions(scene, settings, &effects, &geometry, &setups);
+        Ok(Self { scene, settings, space, geometry, resources, triangles, views, ledger, setups, shared })
     }
 
     /// Steps that come before any light's.
@@ -399,78 +335,6 @@ impl<'a> Caustics<'a> {
         );
         Ok(())
     }
-
-    /// Writes down what was kept and left out.
-    fn decide(&mut self) {
-        let mut decisions = Vec::new();
-        let mut decide = |pass: &str, kept: bool, reason: String| {
-            decisions.push(Decision { pass: pass.into(), kept, reason });
-        };
-        let state = |on: bool| if on { "on" } else { "off" };
-        if self.setups.is_empty() {
-            decide("visibility", false, "no light shines".into());
-        }
-        for object in &self.geometry.turned {
-            let name = &self.scene.objects[*object].name;
-            decide(
-                "photon_trace",
-                true,
-                format!("`{name}` is closed and inside out: its faces are turned outwards"),
-            );
-        }
-        for object in &self.geometry.open {
-            let name = &self.scene.objects[*object].name;
-            decide("photon_trace", true, format!("`{name}` has an open edge: light may land inside it"));
-        }
-        for setup in &self.setups {
-            let light = format!("light {} `{}`", setup.index, setup.name);
-            let effects = &self.effects;
-            let caustics =
-                format!("{light}, caustics: {}, {}", state(setup.caustic), effects.caustics.reason);
-            for pass in ["photon_trace", "map_resolve"] {
-                decide(pass, setup.caustic, caustics.clone());
-            }
-            let shadows = format!("{light}, shadows: {}, {}", state(setup.shadows), effects.shadows.reason);
-            decide("visibility", setup.shadows, shadows);
-            if !setup.caustic {
-                continue;
-            }
-            let count = setup.bands.wavelengths_nm.len();
-            let why = if self.scene.lights[setup.index].spectrum.line_nm().is_some() {
-                "its spectrum is a line".to_owned()
-            } else {
-                format!(
-                    "dispersion: {}, {}; absorption: {}, {}",
-                    state(effects.dispersion.on),
-                    effects.dispersion.reason,
-                    state(effects.absorption.on),
-                    effects.absorption.reason
-                )
-            };
-            decide("photon_trace", true, format!("{light}, {count} wavelengths: {why}"));
-            decide(
-                "visibility",
-                setup.exits,
-                if setup.exits {
-                    format!("{light}, exit: light leaves glass by its back faces")
-                } else if self.settings.interfaces == Interfaces::One {
-                    format!("{light}, exit: one interface was asked for")
-                } else {
-                    format!("{light}, exit: no face of glass points away from the light")
-                },
-            );
-            decide(
-                "visibility",
-                setup.separate_direct,
-                if setup.separate_direct {
-                    format!("{light}, landing apart from shadow: opaque surfaces stand before the glass")
-                } else {
-                    format!("{light}, landing serves for shadow: no opaque surface stands before the glass")
-                },
-            );
-        }
-        self.resources.plan.decisions = decisions;
-    }
 }
 
 /// Reach and standard deviation of a splat, texels of the map.
@@ -482,136 +346,6 @@ fn splat_shape(splat: Splat, emission: &View, map: &View) -> (u32, f32) {
             let spacing = (emission.texel_slope / map.texel_slope).max_element();
             let sigma = (0.6 * spacing).clamp(0.5, 4.0);
             ((2.0 * sigma).ceil() as u32, sigma)
-        }
-    }
-}
-
-/// Area across the light, or solid angle in the middle, of a view's texel.
-fn texel_extent(view: &View) -> f64 {
-    f64::from(view.texel_slope.x) * f64::from(view.texel_slope.y)
-}
-
-impl LightSetup {
-    fn books(&self, space: &WorkingSpace, emission: &View) -> LightBooks {
-        let area = match self.source {
-            Source::Parallel(_) => space.metres_per_unit * space.metres_per_unit,
-            Source::Eye(_) => 1.0,
-        };
-        let extent = texel_extent(emission) * area / f64::from(QUANTUM);
-        LightBooks {
-            name: self.name.clone(),
-            first_band: self.first_band,
-            wavelengths_nm: self.bands.wavelengths_nm.clone(),
-            lumens_per_unit: self.bands.weights_xyz.iter().map(|xyz| xyz[1] * extent).collect(),
-        }
-    }
-}
-
-fn light_setups(
-    scene: &Scene,
-    settings: &Settings,
-    effects: &Effects,
-    space: &WorkingSpace,
-    geometry: &Geometry,
-    purpose: &Purpose,
-    views: &mut Vec<View>,
-) -> Result<Vec<LightSetup>, PlanError> {
-    let count = scene.lights.len();
-    let chosen = settings.lights.clone().unwrap_or_else(|| (0..count).collect());
-    if let Some(&index) = chosen.iter().find(|&&i| i >= count) {
-        return Err(PlanError::NoSuch { what: "light", index, count });
-    }
-    let one = settings.prune && one_wavelength(scene, effects);
-    let has_glass = geometry.triangles.len() > geometry.opaque as usize;
-    let caustic = !settings.prune || (has_glass && geometry.opaque > 0);
-    let mut setups = Vec::new();
-    let mut first_band = 0;
-    for index in chosen {
-        let light = &scene.lights[index];
-        let bands = LightBands::new(light, settings, one)?;
-        if bands.largest <= 0.0 {
-            continue;
-        }
-        let source = Source::of(light, space)?;
-        let first_view = views.len() as u32;
-        let emission_size = UVec2::splat(settings.emission_size);
-        if caustic {
-            let corners = geometry.refractor_corners();
-            views.push(fit_one(source, corners, emission_size, REACH, &light.name)?);
-        }
-        let landing_from = source.nearest(geometry.refractor_corners(), REACH);
-        let landing_from = if landing_from.is_finite() { landing_from } else { 0.0 };
-        let map_size = UVec2::splat(purpose.map_size);
-        views.extend(match purpose.receivers {
-            Receivers::Object(object) => fit(source, geometry.object_corners(object), map_size, REACH),
-            Receivers::Opaque => fit(source, geometry.opaque_corners(), map_size, REACH),
-        });
-        let photons = u64::from(settings.emission_size).pow(2) * bands.wavelengths_nm.len() as u64;
-        if caustic && photons > MAX_PHOTONS {
-            return Err(PlanError::TooManyPhotons {
-                texels: u64::from(settings.emission_size).pow(2),
-                wavelengths: bands.wavelengths_nm.len() as u64,
-                max: MAX_PHOTONS,
-            });
-        }
-        let (spot_axis, spot_scale, spot_offset, range_m) = cone(&light.shape);
-        let wavelengths = bands.wavelengths_nm.len() as u32;
-        setups.push(LightSetup {
-            name: light.name.clone(),
-            index,
-            source,
-            bands,
-            first_band,
-            views: first_view..views.len() as u32,
-            caustic,
-            exits: caustic
-                && settings.interfaces == Interfaces::Two
-                && (!settings.prune || faces_away(source, &geometry.triangles[geometry.opaque as usize..])),
-            separate_direct: caustic
-                && (!settings.prune || source.nearest(geometry.opaque_corners(), REACH) < landing_from),
-            shadows: purpose.shadows || !settings.prune,
-            landing_from,
-            landing_center: landing_center(source, geometry, purpose.receivers, landing_from),
-            spot_axis: spot_axis.as_vec3(),
-            spot_scale: spot_scale as f32,
-            spot_offset: spot_offset as f32,
-            range: range_m.map_or(0.0, |range_m| range_m / space.metres_per_unit) as f32,
-        });
-        first_band += wavelengths;
-    }
-    Ok(setups)
-}
-
-fn landing_center(source: Source, geometry: &Geometry, receivers: Receivers, landing_from: f64) -> Vec3 {
-    let (low, high) = match receivers {
-        Receivers::Object(object) => bounds(geometry.object_corners(object)),
-        Receivers::Opaque => bounds(
-            geometry.opaque_corners().filter(|&p| source.nearest(std::iter::once(p), REACH) >= landing_from),
-        ),
-    }
-    .unwrap_or_default();
-    (0.5 * (low + high)).as_vec3()
-}
-
-/// Some triangle shows its back to the light.
-fn faces_away(source: Source, triangles: &[Triangle]) -> bool {
-    triangles.iter().any(|t| {
-        let n = t.scaled_normal().as_dvec3();
-        match source {
-            Source::Parallel(direction) => direction.dot(n) > 0.0,
-            Source::Eye(eye) => (t.p0.as_dvec3() - eye).dot(n) > 0.0,
-        }
-    })
-}
-
-/// Axis, scale and offset of a spot's falloff (KHR_lights_punctual), and the range. Other lights have a cone that is 1 everywhere.
-fn cone(shape: &LightShape) -> (DVec3, f64, f64, Option<f64>) {
-    match *shape {
-        LightShape::Directional { direction } => (direction.normalize(), 0.0, 1.0, None),
-        LightShape::Point { range_m, .. } => (DVec3::NEG_Z, 0.0, 1.0, range_m),
-        LightShape::Spot { direction, inner_cone_rad, outer_cone_rad, range_m, .. } => {
-            let scale = 1.0 / (inner_cone_rad.cos() - outer_cone_rad.cos()).max(0.001);
-            (direction.normalize(), scale, -outer_cone_rad.cos() * scale, range_m)
         }
     }
 }

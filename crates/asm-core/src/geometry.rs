@@ -5,7 +5,7 @@ use std::ops::Range;
 use glam::{DVec3, Vec2, Vec3};
 use spectral_scene::Scene;
 
-use crate::shared::triangle::{TRIANGLE_DOUBLE_SIDED, TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle};
+use crate::shared::triangle::{TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle};
 use crate::topology::Topology;
 use crate::{PlanError, WorkingSpace};
 
@@ -61,7 +61,7 @@ impl Geometry {
         let mesh = &scene.meshes[scene.objects[object].mesh];
         let world = scene.world_mesh(object);
         let positions: Vec<Vec3> = world.positions.iter().map(|&p| space.point(p)).collect();
-        let mut flags = if material.double_sided { TRIANGLE_DOUBLE_SIDED } else { 0 };
+        let mut flags = 0;
         let mut inside_out = false;
         if material.is_refractor() {
             flags |= TRIANGLE_REFRACTS;

@@ -9,8 +9,10 @@
 mod bake;
 mod bands;
 mod caustics;
+mod decisions;
 mod error;
 mod geometry;
+mod lights;
 pub mod passes;
 mod render;
 mod resources;
@@ -19,6 +21,7 @@ pub mod shared;
 mod space;
 mod statistics;
 mod topology;
+mod update;
 mod view_fit;
 
 pub use bake::{BakePlan, bake_plan};
@@ -28,3 +31,4 @@ pub use render::{Picture, RenderPlan, render_plan};
 pub use settings::{Interfaces, LandingUpdate, Method, Settings, Splat};
 pub use space::WorkingSpace;
 pub use statistics::{Ledger, LightStatistics, Statistics, Tally};
+pub use update::UpdateError;

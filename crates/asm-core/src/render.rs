@@ -7,12 +7,14 @@ use spectral_core::rgb::RgbSpace;
 use spectral_scene::{Effects, Material, Scene};
 
 use crate::bake::{DEFAULT_MAP_SIZE, check_size};
-use crate::caustics::{Caustics, Purpose, REACH, Receivers};
+use crate::caustics::Caustics;
+use crate::lights::{Purpose, REACH, Receivers};
 use crate::passes::shade::{Shade, Surface};
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
 use crate::statistics::{Books, Statistics};
+use crate::update::update;
 use crate::view_fit::camera_view;
-use crate::{PlanError, Settings, WorkingSpace};
+use crate::{PlanError, Settings, UpdateError, WorkingSpace};
 
 /// What a camera sees: XYZ radiance, Y in cd/m^2 where lights are in lux and candela.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -87,7 +89,8 @@ pub fn render_plan(
     let opaque_visible = visibility(true, "camera")?;
     let glass_visible = visibility(glass, "camera glass")?;
     let back_visible = visibility(thickness, "camera glass backs")?;
-    let depth = caustics.resources.texture("camera depth", TextureFormat::Depth32Float, sampled, 1, remedy)?;
+    let depth =
+        caustics.resources.texture("camera depth", TextureFormat::Depth32Float, sampled, 1, remedy)?;
     let surfaces: Vec<Surface> = scene.materials.iter().map(|m| surface(m, space.metres_per_unit)).collect();
     let surfaces = caustics.resources.filled("surfaces", &surfaces)?;
     let pixels = u64::from(size[0]) * u64::from(size[1]);
@@ -161,7 +164,8 @@ fn decide(plan: &mut Plan, effects: &Effects, glass: bool, thickness: bool) {
         format!("camera, thickness of glass: absorption: {}, {}", state(absorption.on), absorption.reason),
     );
     if glass {
-        let reason = "glass tints what is straight behind it; bending the view is not part of caustics mapping";
+        let reason =
+            "glass tints what is straight behind it; bending the view is not part of caustics mapping";
         decide("deferred_refraction", false, reason.into());
     }
 }
@@ -172,7 +176,8 @@ fn surface(material: &Material, metres_per_unit: f64) -> Surface {
         return Surface { color: color.as_vec3(), index: 1.0, absorption: Vec3::ZERO, reserved: 0 };
     }
     let absorption = material.attenuation.map_or(DVec3::ZERO, |a| {
-        let per_unit = a.color.map(|c| (-c.ln() * metres_per_unit / a.distance_m).clamp(0.0, OPAQUE_PER_UNIT));
+        let per_unit =
+            a.color.map(|c| (-c.ln() * metres_per_unit / a.distance_m).clamp(0.0, OPAQUE_PER_UNIT));
         DVec3::from(per_unit)
     });
     Surface {
@@ -188,6 +193,18 @@ fn columns(rows: [[f64; 3]; 3]) -> [Vec3; 3] {
 }
 
 impl RenderPlan {
+    /// Brings an executor that has this plan prepared to `next`, made from the scene with its lights, cameras or objects moved,
+    /// or its materials' numbers changed: parameters and buffer contents that differ are written, nothing is allocated or
+    /// compiled on the device.
+    ///
+    /// # Errors
+    /// [`UpdateError::StructureChanged`] where the plans differ in more than numbers, before anything is written.
+    pub fn update(&mut self, executor: &mut dyn Executor, next: Self) -> Result<(), UpdateError> {
+        update(executor, &mut self.plan, next.plan)?;
+        self.books = next.books;
+        Ok(())
+    }
+
     /// What the last frame of `executor`, which runs this plan, left behind.
     ///
     /// # Errors

@@ -11,17 +11,18 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use bytemuck::{Pod, Zeroable};
 use frame_plan::cpu::TextureView;
 use frame_plan::{BindingKind, PassInfo, PassKind};
-use glam::{IVec2, UVec2, Vec2, Vec3};
+use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{
-    FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE,
-    VISIBILITY_TEXTURE_ARRAY, binding,
+    FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, REFRACT_WGSL, SPLAT_WGSL, TRIANGLE_WGSL, VIEW_WGSL,
+    VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY, binding,
 };
-use crate::shared::flux::{QUANTUM, WHOLE, add_64, flux_part, part_from};
+use crate::shared::flux::{QUANTUM, add_64, flux_part, part_from};
 use crate::shared::ledger::*;
 use crate::shared::light_views::{Located, locate, locate_clamped};
 use crate::shared::refract::refract_light;
+use crate::shared::splat::splat;
 use crate::shared::triangle::{
     NOTHING, PlaneHit, SAME_SURFACE, TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle, visible_in_layer,
 };
@@ -112,6 +113,7 @@ pub const PHOTON_TRACE: PassInfo = PassInfo {
         FLUX_WGSL,
         LIGHT_VIEWS_WGSL,
         LEDGER_WGSL,
+        SPLAT_WGSL,
         include_str!("../../../../shaders/photon_trace.wgsl"),
     ],
     params_struct: "PhotonTrace",
@@ -325,6 +327,7 @@ impl Inputs<'_> {
     fn find_landing(&self, ray: Ray) -> Landing {
         let params = &self.params;
         let mut distance = (params.landing_center - ray.origin).dot(ray.direction).max(0.0);
+        let mut last = NOTHING;
         for _ in 0..params.landing_iterations {
             let guess = ray.origin + distance * ray.direction;
             let at = locate_clamped(self.views, params.landing_view, params.landing_faces, guess);
@@ -337,6 +340,10 @@ impl Inputs<'_> {
             let ahead = triangle.plane_hit(ray);
             if params.landing_update == LANDING_PLANE && ahead.crosses && ahead.distance >= 0.0 {
                 distance = ahead.distance;
+                if visible == last {
+                    break; // the same plane again
+                }
+                last = visible;
                 continue;
             }
             let light_ray = self.views[at.view as usize].ray_through(guess);
@@ -366,58 +373,6 @@ impl Inputs<'_> {
         }
         let astray = (hit.distance - distance).abs() > 0.01 * distance + SAME_SURFACE;
         Landing { end: END_LANDED, at, distance, astray }
-    }
-
-    /// Adds `deposit` to the map round `at`; the taps of a Gaussian are differences of rounded cumulative shares, so they
-    /// sum to the deposit. Taps beyond the map's edge fall on its last texel.
-    fn splat(&self, at: &Located, deposit: [u32; 3], map: &[AtomicU32]) {
-        let size = self.views[at.view as usize].size.as_ivec2();
-        let center = at.texel.as_ivec2();
-        let face = at.face as i32 * size.x * size.y;
-        let add = |texel: IVec2, c: usize, value: u32| {
-            let word = 2 * (3 * (face + texel.y * size.x + texel.x) as usize + c);
-            add_64(&map[word..word + 2], u64::from(value));
-        };
-        let params = &self.params;
-        if params.splat_taps == 0 {
-            for (c, value) in deposit.into_iter().enumerate() {
-                add(center, c, value);
-            }
-            return;
-        }
-        let taps = 2 * params.splat_taps as usize + 1;
-        let offset = at.texel - at.texel.floor() - 0.5 + params.splat_taps as f32;
-        let sharpness = -0.5 / (params.splat_sigma * params.splat_sigma);
-        let tap = |i: usize| {
-            let d = Vec2::splat(i as f32) - offset;
-            (sharpness * d * d).exp()
-        };
-        let mut sum = Vec2::ZERO;
-        for i in 0..taps {
-            sum += tap(i);
-        }
-        let mut shares = [[WHOLE; 2]; MAX_TAPS];
-        let mut running = Vec2::ZERO;
-        for (i, share) in shares.iter_mut().enumerate().take(taps - 1) {
-            running += tap(i);
-            *share = [part_from(running.x / sum.x), part_from(running.y / sum.y)];
-        }
-        let first = center - params.splat_taps as i32;
-        for (c, value) in deposit.into_iter().enumerate() {
-            let mut before_y = 0;
-            for j in 0..taps {
-                let until_y = flux_part(value, shares[j][1]);
-                let row = until_y - before_y;
-                before_y = until_y;
-                let mut before_x = 0;
-                for (i, share) in shares.iter().enumerate().take(taps) {
-                    let until_x = flux_part(row, share[0]);
-                    let texel = (first + IVec2::new(i as i32, j as i32)).clamp(IVec2::ZERO, size - 1);
-                    add(texel, c, until_x - before_x);
-                    before_x = until_x;
-                }
-            }
-        }
     }
 
     fn spot_falloff(&self, direction: Vec3) -> f32 {
@@ -515,10 +470,8 @@ impl Inputs<'_> {
             photon.absorb((-medium.absorption * landing.distance).exp());
         }
         let weight = self.bands[(params.first_band + band) as usize].weight;
-        self.splat(&landing.at, weight.map(|w| flux_part(photon.flux, w)), map);
+        let deposit = weight.map(|w| flux_part(photon.flux, w));
+        splat(self.views, &landing.at, deposit, params.splat_taps, params.splat_sigma, map);
         photon
     }
 }
-
-/// Taps along one axis; `splat_taps` is at most 8.
-pub const MAX_TAPS: usize = 17;

@@ -11,7 +11,7 @@ use super::{
     VISIBILITY_TEXTURE_ARRAY, binding,
 };
 use crate::shared::irradiance::{Light, Lookup};
-use crate::shared::triangle::{NOTHING, TRIANGLE_DOUBLE_SIDED};
+use crate::shared::triangle::NOTHING;
 
 /// Uniform of the pass; mirrors `ReceiverBake` in `shaders/receiver_bake.wgsl`.
 #[repr(C)]
@@ -116,8 +116,7 @@ pub fn receiver_bake(
                     let weights =
                         uv_weights(params, corner_uvs, visible - 1, (sample.as_vec2() + 0.5) / grid);
                     let point = t.p0 + weights.x * e1 + weights.y * e2;
-                    let both_sides = t.flags & TRIANGLE_DOUBLE_SIDED != 0;
-                    let light = lookup.irradiance_at(point, e1.cross(e2).normalize(), both_sides, visible);
+                    let light = lookup.irradiance_at(point, e1.cross(e2).normalize(), visible);
                     direct += light.direct;
                     refracted += light.refracted;
                     covered += 1.0;

@@ -201,7 +201,7 @@ impl Inputs<'_> {
         let point = ray.origin + hit.distance * ray.direction;
         // Of the side that is seen.
         let normal = -hit.facing.signum() * t.interpolated_normal(&hit);
-        let light = self.lookup.irradiance_at(point, normal, false, visible);
+        let light = self.lookup.irradiance_at(point, normal, visible);
         let linear_srgb_from_xyz =
             Mat3::from_cols(params.linear_srgb_from_x, params.linear_srgb_from_y, params.linear_srgb_from_z);
         let xyz_from_linear_srgb = Mat3::from_cols(params.xyz_from_r, params.xyz_from_g, params.xyz_from_b);

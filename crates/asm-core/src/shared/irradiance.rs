@@ -175,14 +175,11 @@ impl Lookup<'_> {
     }
 
     /// XYZ lux on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);
-    /// light from behind counts if `both_sides`.
-    pub fn irradiance_at(&self, p: Vec3, normal: Vec3, both_sides: bool, own: u32) -> Irradiance {
+    /// light from behind does not count.
+    pub fn irradiance_at(&self, p: Vec3, normal: Vec3, own: u32) -> Irradiance {
         let view = &self.views[self.light.direct_view as usize];
         let light_ray = view.ray_through(p);
-        let mut cosine = -light_ray.direction.dot(normal);
-        if both_sides {
-            cosine = cosine.abs();
-        }
+        let cosine = -light_ray.direction.dot(normal);
         if cosine <= 0.0 {
             return Irradiance::default();
         }

@@ -5,5 +5,6 @@ pub mod irradiance;
 pub mod ledger;
 pub mod light_views;
 pub mod refract;
+pub mod splat;
 pub mod triangle;
 pub mod view;

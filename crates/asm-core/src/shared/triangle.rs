@@ -40,8 +40,6 @@ pub struct Triangle {
 pub const TRIANGLE_REFRACTS: u32 = 1;
 /// The triangle belongs to a refractor whose surface has an edge.
 pub const TRIANGLE_OPEN: u32 = 2;
-/// Both faces of the triangle are visible.
-pub const TRIANGLE_DOUBLE_SIDED: u32 = 4;
 
 /// A visibility buffer's value where it shows no triangle.
 pub const NOTHING: u32 = 0;
