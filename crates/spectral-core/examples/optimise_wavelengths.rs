@@ -1,14 +1,14 @@
 //! Finds the wavelengths and weights of the scheme `optimal` for one observer and writes `data/optimal_<observer>.csv`.
 //!
 //! Minimises the mean CIEDE2000 of the dispersed line (see `spectral_core::quality`) over spreads of 1, 4 and 16 px,
-//! with nodes within 420 to 680 nm and free XYZ weights, for every count up to `MAX_TABULATED`. Each count starts from the
-//! best of one fewer with a node inserted in a gap, from the other schemes, and from nodes spread out like visible offset;
-//! observers other than CIE 1931 from its table instead of the latter two. Each start is improved by a (1+1) evolution strategy
-//! that learns the covariance of successful steps (Igel, Suttorp & Hansen 2006, "A computational efficient covariance matrix update and
-//! a (1+1)-CMA for evolution strategies").
+//! with nodes within 420 to 680 nm and free XYZ weights, for every count up to `MAX_TABULATED`. For CIE 1931 each count starts
+//! from the best of one fewer with a node inserted in a gap, from the other schemes, and from nodes spread out like a prism
+//! does; other observers start from its table, with the weights translated. Each start is improved by a (1+1)
+//! evolution strategy that learns the covariance of successful steps (Igel, Suttorp & Hansen 2006, "A computational efficient
+//! covariance matrix update and a (1+1)-CMA for evolution strategies").
 //!
-//! `cargo run -p spectral-core --example optimise_wavelengths -- cie1931`, then `cie1964` and `wyman2013`: five minutes
-//! on one core for the first, three for each of the others. The random numbers are fixed, so a machine with the same
+//! `cargo run -p spectral-core --example optimise_wavelengths -- cie1931`, then `cie1964` and `wyman2013`: ten minutes
+//! on one core for the first, two for each of the others. The random numbers are fixed, so a machine with the same
 //! `exp`, `ln` and `cos` writes the same file.
 
 use std::error::Error;
@@ -53,18 +53,8 @@ impl Problem {
         self.error(&nodes_from_point(point)) + 0.1 * outside_nm
     }
 
-    /// Nodes weighted with the integrals over the wavelengths nearest to each.
     fn weighted_by_neighbourhood(&self, nodes_nm: &[f64]) -> Nodes {
-        let edge = |i: usize| match i {
-            0 => TABLE_NM.0,
-            i if i == nodes_nm.len() => TABLE_NM.1,
-            i => 0.5 * (nodes_nm[i - 1] + nodes_nm[i]),
-        };
-        nodes_nm
-            .iter()
-            .enumerate()
-            .map(|(i, &nm)| (nm, self.observer.xyz_bar_integral(edge(i), edge(i + 1))))
-            .collect()
+        weighted_by_neighbourhood(self.observer, nodes_nm)
     }
 
     /// Nodes at equal steps of an integral of visibility^exponent times d offset / d lambda, which goes like lambda^-3.
@@ -87,6 +77,9 @@ impl Problem {
 
     /// The best of each family of starts.
     fn starts(&self, n: usize, one_fewer: Option<&Nodes>) -> Vec<Nodes> {
+        if self.observer != Observer::Cie1931 {
+            return self.translated(n).into_iter().collect();
+        }
         let mut families = Vec::new();
         if let Some(fewer) = one_fewer {
             let mut edges_nm: Vec<f64> = fewer.iter().map(|node| node.0).collect();
@@ -99,16 +92,14 @@ impl Problem {
             };
             families.push((0..n).map(inserted).collect());
         }
-        let set = |scheme, observer| WavelengthSet::new(scheme, n, DEFAULT_RANGE_NM, observer).ok();
-        if self.observer == Observer::Cie1931 {
-            let schemes = [Scheme::Gauss, Scheme::Uniform, Scheme::EqualEnergy];
-            let sets = || schemes.into_iter().filter_map(|scheme| set(scheme, self.observer));
-            let others = sets().map(|s| self.weighted_by_neighbourhood(&s.wavelengths_nm));
-            families.push(others.chain(sets().map(|s| nodes_from_set(&s))).collect());
-            families.push([0.15, 0.25, 0.35].map(|exponent| self.spread_out(n, exponent)).to_vec());
-        } else {
-            families.push(set(Scheme::Optimal, Observer::Cie1931).iter().map(nodes_from_set).collect());
-        }
+        let schemes = [Scheme::Gauss, Scheme::Uniform, Scheme::EqualEnergy];
+        let set = |scheme| WavelengthSet::new(scheme, n, DEFAULT_RANGE_NM, self.observer).ok();
+        let others = schemes.into_iter().filter_map(set).flat_map(|set| {
+            let own = set.wavelengths_nm.iter().copied().zip(set.relative_weights_xyz()).collect();
+            [self.weighted_by_neighbourhood(&set.wavelengths_nm), own]
+        });
+        families.push(others.collect());
+        families.push([0.15, 0.25, 0.35].map(|exponent| self.spread_out(n, exponent)).to_vec());
         let normalised = |nodes: &Nodes| nodes_from_point(&point_from_nodes(nodes));
         families
             .iter()
@@ -116,6 +107,20 @@ impl Problem {
                 family.iter().map(normalised).min_by(|a, b| self.error(a).total_cmp(&self.error(b)))
             })
             .collect()
+    }
+
+    /// The set of the CIE 1931 table, its weights changed like the integrals around each node.
+    fn translated(&self, n: usize) -> Option<Nodes> {
+        let set = WavelengthSet::new(Scheme::Optimal, n, DEFAULT_RANGE_NM, Observer::Cie1931).ok()?;
+        let ours = self.weighted_by_neighbourhood(&set.wavelengths_nm);
+        let theirs = weighted_by_neighbourhood(Observer::Cie1931, &set.wavelengths_nm);
+        let mut nodes: Nodes = set.wavelengths_nm.iter().copied().zip(set.relative_weights_xyz()).collect();
+        for (i, (_, weight)) in nodes.iter_mut().enumerate() {
+            for ((weight, ours), theirs) in weight.iter_mut().zip(ours[i].1).zip(theirs[i].1) {
+                *weight *= if theirs > 0.0 { ours / theirs } else { 1.0 };
+            }
+        }
+        Some(nodes)
     }
 
     /// The best that the evolution strategy makes of a start.
@@ -175,12 +180,19 @@ impl Problem {
 /// Wavelengths are searched in steps of this size.
 const NODE_SCALE_NM: f64 = 10.0;
 
-fn nodes_from_set(set: &WavelengthSet) -> Nodes {
-    set.wavelengths_nm.iter().copied().zip(set.relative_weights_xyz()).collect()
-}
-
 fn clamp(nm: f64) -> f64 {
     nm.clamp(DEFAULT_RANGE_NM.0, DEFAULT_RANGE_NM.1)
+}
+
+/// Nodes weighted with the integrals over the wavelengths nearest to each.
+fn weighted_by_neighbourhood(observer: Observer, nodes_nm: &[f64]) -> Nodes {
+    let edge = |i: usize| match i {
+        0 => TABLE_NM.0,
+        i if i == nodes_nm.len() => TABLE_NM.1,
+        i => 0.5 * (nodes_nm[i - 1] + nodes_nm[i]),
+    };
+    let weight = |i: usize| observer.xyz_bar_integral(edge(i), edge(i + 1));
+    nodes_nm.iter().enumerate().map(|(i, &nm)| (nm, weight(i))).collect()
 }
 
 /// A point is, per node, its wavelength and the roots of its weights: squares are never negative.

@@ -4,7 +4,7 @@
 //! fails the build. Every number has few enough digits (mantissa below 2^53, power of ten up to 22) for the one
 //! division or multiplication below to be correctly rounded, so the table holds what `str::parse` would give.
 
-/// The `ROWS x COLS` numbers of a CSV file with one header line; the first column is the wavelength in nm.
+/// The `ROWS x COLS` numbers of a CSV file with one header line.
 ///
 /// Evaluated at compile time only; every failed assertion is a build error.
 pub(crate) const fn parse_csv<const ROWS: usize, const COLS: usize>(text: &str) -> [[f64; COLS]; ROWS] {
