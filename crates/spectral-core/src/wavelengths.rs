@@ -334,8 +334,11 @@ fn evenly_spaced(n: usize, (lo_nm, hi_nm): (f64, f64)) -> Vec<f64> {
         return vec![0.5 * (lo_nm + hi_nm)];
     }
     let last = (n - 1) as f64;
-    // Weighted ends rather than multiples of the step, so that both ends are exact.
-    (0..n).map(|i| (lo_nm * (last - i as f64) + hi_nm * i as f64) / last).collect()
+    let step = |i: usize| (lo_nm * (last - i as f64) + hi_nm * i as f64) / last;
+    let mut wavelengths_nm: Vec<f64> = (0..n).map(step).collect();
+    // Rounding must not move the ends.
+    (wavelengths_nm[0], wavelengths_nm[n - 1]) = (lo_nm, hi_nm);
+    wavelengths_nm
 }
 
 /// The part of the table's range that is nearer to each wavelength than to any other, nm; wavelengths ascend.

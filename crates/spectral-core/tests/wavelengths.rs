@@ -84,6 +84,10 @@ fn uniform_includes_both_ends_and_one_is_the_middle() {
     assert_eq!((wavelengths[0], wavelengths[13]), (420.0, 680.0));
     assert!(wavelengths.windows(2).all(|w| (w[1] - w[0] - 20.0).abs() < 1e-12));
     assert_eq!(set(Scheme::Uniform, 1).wavelengths_nm, [550.0]);
+    // Ends whose multiples are not exact.
+    let range_nm = (479.16410823248685, 817.3976893149363);
+    let odd = WavelengthSet::new(Scheme::Uniform, 48, range_nm, Observer::Cie1931).unwrap().wavelengths_nm;
+    assert_eq!((odd[0], odd[47]), range_nm);
 }
 
 #[test]
