@@ -16,6 +16,9 @@ pub const DARK: f64 = 0.005;
 /// Texels across after binning: noise of single texels averages out, displaced light does not.
 pub const BINS: usize = 64;
 
+/// Negative components of this share of a map's largest are f32 roundings of a way through RGB, not light.
+const ROUNDING: f32 = 1e-6;
+
 /// Irradiance over a receiver's UV square: XYZ, row-major.
 #[derive(Clone, Copy, Debug)]
 pub struct Map<'a> {
@@ -57,7 +60,7 @@ pub enum Incomparable {
         /// Its index.
         texel: usize,
     },
-    /// XYZ of light is never below 0.
+    /// XYZ of light is never below 0, but for rounding.
     #[error("texel {texel} has a negative component, {value}")]
     Negative {
         /// Its index.
@@ -124,11 +127,12 @@ impl Map<'_> {
         if self.xyz.len() != expected || expected == 0 {
             return Err(Incomparable::Size { got: self.xyz.len(), expected });
         }
+        let largest = self.xyz.iter().flatten().copied().fold(0.0, f32::max);
         for (texel, xyz) in self.xyz.iter().enumerate() {
             if xyz.iter().any(|v| !v.is_finite()) {
                 return Err(Incomparable::NotFinite { texel });
             }
-            if let Some(&value) = xyz.iter().find(|&&v| v < 0.0) {
+            if let Some(&value) = xyz.iter().find(|&&v| v < -ROUNDING * largest) {
                 return Err(Incomparable::Negative { texel, value });
             }
         }

@@ -20,6 +20,9 @@ use super::{Contender, Effort, MethodName, controls};
 /// Name of the oracle in checks.
 pub(super) const ORACLE: &str = "oracle";
 
+/// Shadow rays of the oracle per texel: its bound is far above the noise that this leaves.
+const DIRECT_SAMPLES: u32 = 16;
+
 /// What one executor, or the oracle, made of a scene.
 struct Baked<'a> {
     id: &'static str,
@@ -61,6 +64,7 @@ impl Comparison<'_> {
         let settings = BakeSettings {
             size: self.effort.map_size,
             effort: Photons::Photons(self.effort.oracle_photons),
+            direct_samples: DIRECT_SAMPLES,
             ..BakeSettings::default()
         };
         let start = Instant::now();
