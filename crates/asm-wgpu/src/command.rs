@@ -21,10 +21,10 @@ pub(crate) struct Program {
     steps: Vec<TopLevelStep>,
 }
 
-/// A step of the plan, and which timed step it is, if it runs passes.
+/// A step of the plan, and how many before it run passes, if it runs any.
 struct TopLevelStep {
     commands: Vec<Command>,
-    timed: Option<u32>,
+    with_passes: Option<u32>,
 }
 
 enum Command {
@@ -92,7 +92,7 @@ pub(crate) struct Source<'a> {
 impl Program {
     pub(crate) fn new(source: &Source<'_>) -> Self {
         let mut builder = Builder { source, groups: HashMap::new(), views: HashMap::new() };
-        let mut timed = 0..;
+        let mut count = 0..;
         let steps = source
             .plan
             .steps
@@ -100,25 +100,28 @@ impl Program {
             .map(|step| {
                 let mut commands = Vec::new();
                 builder.add(step, 0, &mut commands);
-                let timed = if commands.iter().any(Command::is_pass) { timed.next() } else { None };
-                TopLevelStep { commands, timed }
+                let with_passes = if commands.iter().any(Command::is_pass) { count.next() } else { None };
+                TopLevelStep { commands, with_passes }
             })
             .collect();
         Self { steps }
     }
 
-    /// Names of the timed steps, in order.
-    pub(crate) fn timed_names(&self, plan: &Plan) -> Vec<String> {
+    /// Names of the steps that run passes, in order.
+    pub(crate) fn names_with_passes(&self, plan: &Plan) -> Vec<String> {
         let names = plan.step_names().into_iter().zip(&self.steps);
-        names.filter(|(_, step)| step.timed.is_some()).map(|(name, _)| name).collect()
+        names.filter(|(_, step)| step.with_passes.is_some()).map(|(name, _)| name).collect()
     }
 
     /// Record a frame.
     pub(crate) fn record(&self, encoder: &mut wgpu::CommandEncoder, timing: Option<&Timing>) {
-        for step in &self.steps {
+        for (i, step) in (0..).zip(&self.steps) {
+            if let Some(timing) = timing {
+                timing.mark(encoder, i);
+            }
             let first = step.commands.iter().position(Command::is_pass);
             let last = step.commands.iter().rposition(Command::is_pass);
-            let queries = timing.zip(step.timed).and_then(|(timing, timed)| timing.queries(timed));
+            let queries = timing.zip(step.with_passes).and_then(|(timing, i)| timing.in_passes(i));
             for (i, command) in step.commands.iter().enumerate() {
                 let times = queries.map(|(set, begin, end)| Times {
                     set,
@@ -127,6 +130,9 @@ impl Program {
                 });
                 command.record(encoder, times);
             }
+        }
+        if let Some(timing) = timing {
+            timing.mark(encoder, self.steps.len() as u32);
         }
     }
 }

@@ -12,6 +12,7 @@ pub(crate) const EXECUTOR: &str = "wgpu";
 
 /// Features that are used where a device has them.
 const OPTIONAL_FEATURES: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
+    .union(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS)
     .union(wgpu::Features::FLOAT32_FILTERABLE)
     .union(wgpu::Features::FLOAT32_BLENDABLE)
     .union(wgpu::Features::INDIRECT_FIRST_INSTANCE);

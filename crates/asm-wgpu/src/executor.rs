@@ -51,7 +51,8 @@ impl WgpuExecutor {
 
     /// An executor on a host's device.
     ///
-    /// Its error and device-loss callbacks stay the host's. Step times need [`wgpu::Features::TIMESTAMP_QUERY`]; draws with
+    /// Its error and device-loss callbacks stay the host's. Step times need [`wgpu::Features::TIMESTAMP_QUERY`], and
+    /// [`wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS`] for steps without passes and on software devices; draws with
     /// additive blending or filtering of 32-bit floats need [`wgpu::Features::FLOAT32_BLENDABLE`] or
     /// [`wgpu::Features::FLOAT32_FILTERABLE`].
     #[must_use]
@@ -228,7 +229,7 @@ impl Executor for WgpuExecutor {
             let params = ParamsBuffer::new(gpu, &plan.params);
             let source = Source { gpu, plan, passes, pipelines, resources: &resources, params: &params };
             let program = Program::new(&source);
-            let timing = Timing::new(gpu, program.timed_names(plan));
+            let timing = Timing::new(gpu, plan.step_names(), program.names_with_passes(plan));
             let mut kept = plan.clone();
             kept.resources.iter_mut().for_each(|resource| resource.initial = None);
             Ok(Prepared { plan: kept, usages, resources, params, program, outdated: false, timing })

@@ -4,16 +4,24 @@
 //! allocation of a device (`device`), pipelines per pass (`pipeline`), buffers, textures and parameters of a plan
 //! (`resources`), recording of its steps (`command`), reading back (`readback`), times per step (`timing`) and the
 //! translation of formats and states (`conv`).
+//!
+//! [`AsmRenderer`] is for applications that want caustics and nothing else: it makes asm-core's plans and runs them, and
+//! [`DisplayPass`] brings a picture to a texture of the host's.
 
 mod adapter;
 mod command;
 mod conv;
 mod device;
+mod display;
 mod executor;
 mod pipeline;
 mod readback;
+mod renderer;
 mod resources;
 mod timing;
 
 pub use adapter::{WgpuOptions, adapters};
+pub use display::DisplayPass;
 pub use executor::WgpuExecutor;
+pub use renderer::{AsmError, AsmRenderer};
+pub use wgpu;

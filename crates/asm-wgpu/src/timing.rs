@@ -17,16 +17,45 @@ const FREE: u8 = 0;
 const PENDING: u8 = 1;
 const READY: u8 = 2;
 
-/// Queries for the steps of a plan that run passes.
+/// Timestamp queries of a plan's steps.
 pub(crate) struct Timing {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
     slots: Vec<Slot>,
-    /// Steps with queries: step i of these writes queries 2 i and 2 i + 1.
+    marks: Marks,
     names: Vec<String>,
     nanoseconds_per_tick: f64,
     frame: u64,
     latest: Vec<StepTime>,
+}
+
+/// Where timestamps are written.
+enum Marks {
+    /// Before the first and after every step.
+    BetweenSteps {
+        /// Software devices (Mesa's, after a draw) write a timestamp only when the next one is asked for: ask twice.
+        repeats: u32,
+    },
+    /// At the begin and end of passes, where the device can do no more.
+    InPasses,
+}
+
+impl Marks {
+    /// Queries for so many steps.
+    const fn queries(&self, steps: u32) -> u32 {
+        match self {
+            Self::BetweenSteps { repeats } => (steps + 1) * *repeats,
+            Self::InPasses => steps * 2,
+        }
+    }
+
+    /// Queries at the begin and the end of a step.
+    const fn of_step(&self, i: usize) -> [usize; 2] {
+        match self {
+            Self::BetweenSteps { repeats } => [i * *repeats as usize, (i + 1) * *repeats as usize],
+            Self::InPasses => [2 * i, 2 * i + 1],
+        }
+    }
 }
 
 struct Slot {
@@ -36,21 +65,33 @@ struct Slot {
 }
 
 impl Timing {
-    /// Queries for steps of these names; none if the device has no timestamps.
-    pub(crate) fn new(gpu: &Gpu, mut names: Vec<String>) -> Option<Self> {
-        names.truncate(wgpu::QUERY_SET_MAX_QUERIES as usize / 2);
-        if names.is_empty() || !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+    /// Queries for a plan's top-level steps, of which those in `with_passes` run passes; none if the device has no timestamps.
+    pub(crate) fn new(gpu: &Gpu, mut steps: Vec<String>, with_passes: Vec<String>) -> Option<Self> {
+        let features = gpu.device.features();
+        let most = wgpu::QUERY_SET_MAX_QUERIES as usize;
+        let (marks, names) = if features.contains(wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS) {
+            let software = gpu.device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+            let repeats = if software { 2 } else { 1 };
+            steps.truncate(most / repeats as usize - 1);
+            (Marks::BetweenSteps { repeats }, steps)
+        } else if features.contains(wgpu::Features::TIMESTAMP_QUERY) {
+            steps = with_passes;
+            steps.truncate(most / 2);
+            (Marks::InPasses, steps)
+        } else {
+            return None;
+        };
+        if names.is_empty() {
             return None;
         }
-        let count = names.len() as u32 * 2;
+        let count = marks.queries(names.len() as u32);
         let size = u64::from(count) * TIMESTAMP_BYTES;
-        let buffer = |label, usage| {
-            gpu.device.create_buffer(&wgpu::BufferDescriptor {
-                label: Some(label),
-                size,
-                usage,
-                mapped_at_creation: false,
-            })
+        let resolved = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        let read_back = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let slot = || Slot {
+            buffer: buffer(gpu, "step times read back", size, read_back),
+            state: Arc::new(AtomicU8::new(FREE)),
+            frame: 0,
         };
         Some(Self {
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
@@ -58,17 +99,9 @@ impl Timing {
                 ty: wgpu::QueryType::Timestamp,
                 count,
             }),
-            resolved: buffer("step times", wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC),
-            slots: (0..SLOTS)
-                .map(|_| Slot {
-                    buffer: buffer(
-                        "step times read back",
-                        wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-                    ),
-                    state: Arc::new(AtomicU8::new(FREE)),
-                    frame: 0,
-                })
-                .collect(),
+            resolved: buffer(gpu, "step times", size, resolved),
+            slots: (0..SLOTS).map(|_| slot()).collect(),
+            marks,
             names,
             nanoseconds_per_tick: f64::from(gpu.queue.get_timestamp_period()),
             frame: 0,
@@ -76,21 +109,33 @@ impl Timing {
         })
     }
 
-    /// The query set, and the indices of the first and last timestamp of timed step `step`, if it has any.
-    pub(crate) fn queries(&self, step: u32) -> Option<(&wgpu::QuerySet, u32, u32)> {
-        ((step as usize) < self.names.len()).then_some((&self.queries, step * 2, step * 2 + 1))
+    /// The query set, and the indices of the first and last timestamp of the i-th step that has passes, if they write them.
+    pub(crate) fn in_passes(&self, i: u32) -> Option<(&wgpu::QuerySet, u32, u32)> {
+        let timed = matches!(self.marks, Marks::InPasses) && (i as usize) < self.names.len();
+        timed.then_some((&self.queries, i * 2, i * 2 + 1))
+    }
+
+    /// Record the timestamp between step `i - 1` and step `i`, if it is written there.
+    pub(crate) fn mark(&self, encoder: &mut wgpu::CommandEncoder, i: u32) {
+        let Marks::BetweenSteps { repeats } = self.marks else { return };
+        if i as usize <= self.names.len() {
+            for repeat in 0..repeats {
+                encoder.write_timestamp(&self.queries, i * repeats + repeat);
+            }
+        }
     }
 
     /// Record the way of this frame's timestamps to the host, unless all slots are still on their way.
     pub(crate) fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
         self.collect();
         self.frame += 1;
+        let count = self.marks.queries(self.names.len() as u32);
         let Some(slot) = self.slots.iter_mut().find(|s| s.state.load(Ordering::Acquire) == FREE) else {
             return;
         };
         slot.frame = self.frame;
         slot.state.store(PENDING, Ordering::Release);
-        encoder.resolve_query_set(&self.queries, 0..self.names.len() as u32 * 2, &self.resolved, 0);
+        encoder.resolve_query_set(&self.queries, 0..count, &self.resolved, 0);
         encoder.copy_buffer_to_buffer(&self.resolved, 0, &slot.buffer, 0, None);
         let state = Arc::clone(&slot.state);
         encoder.map_buffer_on_submit(&slot.buffer, wgpu::MapMode::Read, .., move |result| {
@@ -118,20 +163,24 @@ impl Timing {
             if let Ok(view) = slot.buffer.get_mapped_range(..) {
                 let ticks: Vec<u64> =
                     view.chunks_exact(TIMESTAMP_BYTES as usize).map(bytemuck::pod_read_unaligned).collect();
-                self.latest = self
-                    .names
-                    .iter()
-                    .zip(ticks.chunks_exact(2))
-                    .map(|(name, pair)| StepTime {
-                        name: name.clone(),
-                        milliseconds: pair[1].saturating_sub(pair[0]) as f64
-                            * self.nanoseconds_per_tick
-                            * 1e-6,
-                    })
-                    .collect();
+                let step = |(i, name): (usize, &String)| {
+                    let [begin, end] = self.marks.of_step(i).map(|query| ticks[query]);
+                    let nanoseconds = end.saturating_sub(begin) as f64 * self.nanoseconds_per_tick;
+                    StepTime { name: name.clone(), milliseconds: nanoseconds * 1e-6 }
+                };
+                self.latest = self.names.iter().enumerate().map(step).collect();
             }
             slot.buffer.unmap();
             slot.state.store(FREE, Ordering::Release);
         }
     }
+}
+
+fn buffer(gpu: &Gpu, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage,
+        mapped_at_creation: false,
+    })
 }

@@ -9,8 +9,8 @@ use super::raster::Scratch;
 use super::step::Frame;
 use super::storage::Storage;
 use crate::{
-    BindingKind, DeviceInfo, ExecuteError, Executor, Lifetime, Limits, ParamsId, PassSet, Plan, ResourceId,
-    ResourceKind, StepTime, memory,
+    BindingKind, DeviceInfo, ExecuteError, Executor, Lifetime, Limits, ParamsId, PassKind, PassSet, Plan,
+    ResourceId, ResourceKind, StepTime, memory,
 };
 
 /// Runs the CPU mirrors of a plan's passes, steps in order, each in parallel on its own thread pool.
@@ -45,7 +45,7 @@ impl CpuExecutor {
             .map_err(|e| ExecuteError::NoDevice { executor: "cpu", reason: e.to_string() })?;
         let info = DeviceInfo {
             executor: "cpu".into(),
-            device: format!("{} x {}", pool.current_num_threads(), std::env::consts::ARCH),
+            device: format!("{}, {} threads", processor(), pool.current_num_threads()),
             driver: concat!("frame-plan ", env!("CARGO_PKG_VERSION")).into(),
         };
         Ok(Self { passes, pool, info, imports: HashMap::new(), prepared: None })
@@ -68,6 +68,15 @@ impl CpuExecutor {
         }
         self.imports.insert(name.to_owned(), bytes);
         Ok(())
+    }
+
+    fn draws(&self, plan: &Plan) -> bool {
+        let mut draws = false;
+        plan.for_each_pass(&mut |step| {
+            let info = self.passes.get(&step.pass);
+            draws |= info.is_some_and(|p| matches!(p.kind, PassKind::Draw { .. }));
+        });
+        draws
     }
 
     fn prepared(&mut self) -> Result<&mut Prepared, ExecuteError> {
@@ -117,7 +126,8 @@ impl Executor for CpuExecutor {
             }
         }
         let times = kept.step_names().into_iter().map(|name| StepTime { name, milliseconds: 0.0 }).collect();
-        self.prepared = Some(Prepared { plan: kept, storage, scratch: Scratch::default(), times });
+        let scratch = if self.draws(plan) { Scratch::for_draws() } else { Scratch::default() };
+        self.prepared = Some(Prepared { plan: kept, storage, scratch, times });
         Ok(())
     }
 
@@ -183,4 +193,11 @@ fn atomic_buffers(plan: &Plan, passes: &PassSet) -> Vec<bool> {
         }
     });
     atomic
+}
+
+/// The processor's name, where the system tells it.
+fn processor() -> String {
+    let info = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = info.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
+    name.map_or_else(|| std::env::consts::ARCH.into(), |(_, name)| name.trim().into())
 }

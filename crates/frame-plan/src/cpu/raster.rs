@@ -72,6 +72,13 @@ pub(super) struct Scratch {
     tasks: Vec<Vec<Setup>>,
 }
 
+impl Scratch {
+    /// Memory for draws: enough unless many triangles are cut by the edges of the view.
+    pub(super) fn for_draws() -> Self {
+        Self { tasks: (0..TASKS).map(|_| Vec::with_capacity(TRIANGLES_PER_TASK)).collect() }
+    }
+}
+
 /// Rows of all targets that one thread owns.
 struct Band<'a> {
     first_row: usize,
@@ -83,7 +90,6 @@ struct Band<'a> {
 pub(super) fn draw(drawing: &Drawing<'_>, ranges: Ranges, surface: &mut Surface<'_>, scratch: &mut Scratch) {
     let per_instance = u64::from(ranges.vertices / 3);
     let total = per_instance * u64::from(ranges.instances);
-    scratch.tasks.resize_with(TASKS, Vec::new);
     for start in (0..total).step_by(TASKS * TRIANGLES_PER_TASK) {
         scratch.tasks.par_iter_mut().enumerate().for_each(|(task, setups)| {
             setups.clear();
