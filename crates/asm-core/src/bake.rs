@@ -27,8 +27,8 @@ pub struct BakePlan {
     books: Books,
 }
 
-/// Smallest size of the map where the settings leave it open.
-pub(crate) const DEFAULT_MAP_SIZE: u32 = 512;
+/// Size of the map where the settings leave it open: at least the first, at most the second.
+pub(crate) const DEFAULT_MAP_SIZES: (u32, u32) = (512, 2048);
 
 /// A plan that bakes onto `receiver`, an index into [`Scene::objects`], `size` texels in u and v.
 ///
@@ -47,23 +47,22 @@ pub fn bake_plan(
     settings.check()?;
     let receiver_name = check_receiver(scene, receiver)?;
     check_size(size)?;
+    let (least, most) = DEFAULT_MAP_SIZES;
     let purpose = Purpose {
         name: format!("bake `{receiver_name}` of {}", scene.name),
         receivers: Receivers::Object(receiver),
-        map_size: settings.map_size.unwrap_or(DEFAULT_MAP_SIZE.max(size[0]).max(size[1])),
+        map_size: settings.map_size.unwrap_or(size[0].max(size[1]).clamp(least, most)),
         camera: None,
         shadows: spectral_scene::Effects::required_by(scene).shadows.on,
     };
     let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
     let texels = u64::from(size[0]) * u64::from(size[1]);
-    let sampled = size.map(|s| s.saturating_mul(settings.bake_samples));
-    let uv_visible = caustics.resources.texture(
-        "uv",
-        TextureFormat::R32Uint,
-        sampled,
-        1,
-        "the bake's size or bake_samples",
-    )?;
+    // Fewer samples where the texture that holds them would be too large.
+    let fitting = limits.max_texture_size / size[0].max(size[1]);
+    let samples = settings.bake_samples.min(fitting.max(1));
+    let sampled = size.map(|s| s * samples);
+    let uv_visible =
+        caustics.resources.texture("uv", TextureFormat::R32Uint, sampled, 1, "the bake's size")?;
     let corner_uvs = caustics.resources.filled("corner uvs", &caustics.geometry.corner_uvs)?;
     let irradiance = caustics.resources.buffer("irradiance", 32 * texels, "the bake's size")?;
     caustics.resources.make_readable(irradiance);
@@ -92,7 +91,7 @@ pub fn bake_plan(
         let params = ReceiverBake {
             light: light.params,
             size: UVec2::from(size),
-            samples: settings.bake_samples,
+            samples,
             first_triangle: triangles.start,
         };
         let bindings = [

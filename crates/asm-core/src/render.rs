@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use spectral_core::rgb::RgbSpace;
 use spectral_scene::{Effects, Material, Scene};
 
-use crate::bake::{DEFAULT_MAP_SIZE, check_size};
+use crate::bake::{DEFAULT_MAP_SIZES, check_size};
 use crate::caustics::Caustics;
 use crate::lights::{Purpose, REACH, Receivers};
 use crate::passes::shade::{Shade, Surface};
@@ -61,12 +61,15 @@ pub fn render_plan(
     let Some(seen_by) = scene.cameras.get(camera) else {
         return Err(PlanError::NoSuch { what: "camera", index: camera, count: scene.cameras.len() });
     };
-    let sampled = size.map(|s| s.saturating_mul(settings.picture_samples));
+    // Fewer samples where the textures that hold them would be too large.
+    let fitting = limits.max_texture_size / size[0].max(size[1]);
+    let samples = settings.picture_samples.min(fitting.max(1));
+    let sampled = size.map(|s| s * samples);
     let space = WorkingSpace::of(scene);
     let purpose = Purpose {
         name: format!("picture of {} by `{}`", scene.name, seen_by.name),
         receivers: Receivers::Opaque,
-        map_size: settings.map_size.unwrap_or(DEFAULT_MAP_SIZE),
+        map_size: settings.map_size.unwrap_or(DEFAULT_MAP_SIZES.0),
         camera: Some(camera_view(seen_by, UVec2::from(sampled), &space, REACH)),
         // Shadows fall on surfaces that cannot be baked onto, too.
         shadows: scene.opaque().next().is_some(),
@@ -77,7 +80,7 @@ pub fn render_plan(
     let thickness = glass && (effects.absorption.on || !settings.prune);
     decide(&mut caustics.resources.plan, &effects, glass, thickness);
 
-    let remedy = "the picture's size or picture_samples";
+    let remedy = "the picture's size";
     let nothing = caustics.resources.nothing();
     let mut visibility = |needed: bool, name: &str| {
         if needed {
@@ -121,7 +124,7 @@ pub fn render_plan(
         let params = Shade {
             light: light.params,
             size: UVec2::from(size),
-            samples: settings.picture_samples,
+            samples,
             camera_view: camera_index,
             linear_srgb_from_x: x,
             linear_srgb_from_y: y,

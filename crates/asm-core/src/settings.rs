@@ -70,7 +70,8 @@ pub struct Settings {
     pub observer: Observer,
     /// Texels of the emission view, along each side.
     pub emission_size: u32,
-    /// Texels of the map, along each side; `None` is 512 or the larger side of a bake, whichever is more.
+    /// Texels of the map, along each side; `None` is the larger side of a bake within 512 to 2048, and 512 for
+    /// pictures.
     pub map_size: Option<u32>,
     /// Steps of `rayGeo`.
     pub ray_geo_iterations: u32,
@@ -82,9 +83,9 @@ pub struct Settings {
     pub interfaces: Interfaces,
     /// How a photon is put into the map.
     pub splat: Splat,
-    /// Samples per texel of a bake, along each side.
+    /// Samples per texel of a bake, along each side; fewer where the device has no texture for them.
     pub bake_samples: u32,
-    /// Samples per pixel of a picture, along each side.
+    /// Samples per pixel of a picture, along each side; fewer where the device has no texture for them.
     pub picture_samples: u32,
     /// Shah's intensity: every photon brings this times 4 / `emission_size` of the light's illuminance to its texel, instead
     /// of its flux. `None` keeps energy.

@@ -1,0 +1,151 @@
+//! Light that should pass unchanged does: white stays white, clear glass follows Fresnel.
+
+use asm_core::{Settings, Splat};
+use glam::DVec3;
+use spectral_core::dispersion::Dispersion;
+use spectral_scene::{LightShape, Material};
+
+use crate::stage::*;
+
+/// Share of light that one interface reflects at `cos_i`, from the textbook.
+fn reflectance(cos_i: f64, n: f64) -> f64 {
+    let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (n * n)).sqrt();
+    let r_s = (cos_i - n * cos_t) / (cos_i + n * cos_t);
+    let r_p = (n * cos_i - cos_t) / (n * cos_i + cos_t);
+    0.5 * (r_s * r_s + r_p * r_p)
+}
+
+#[test]
+fn a_plate_without_contrast_leaves_exactly_the_direct_light() {
+    // One photon per texel of the map, so nothing but rounding remains: seven weights rounded to 2^-31 and f32 in the resolve.
+    let scene = plate_over_floor(glass(1.0), 1.0, sun(DVec3::NEG_Y));
+    let settings = Settings { prune: false, ..aligned(128) };
+    let (maps, statistics) = bake(&scene, 32, &settings);
+    assert_eq!(statistics.lights[0].ledgers.len(), 7);
+    assert_eq!(total(&maps.direct), [0.0; 3]);
+    for texel in &maps.refracted {
+        for c in 0..3 {
+            assert!((f64::from(texel[c]) / D65[c] - 1.0).abs() < 5e-7, "{texel:?}");
+        }
+    }
+}
+
+#[test]
+fn clear_plates_follow_fresnel() {
+    for (angle_deg, n) in [(0.0_f64, 1.5), (0.0, 2.4), (30.0, 1.5), (60.0, 1.33)] {
+        let (sin, cos) = angle_deg.to_radians().sin_cos();
+        let scene = plate_over_floor(glass(n), 1.0, sun(DVec3::new(sin, -cos, 0.0)));
+        let (maps, _) = bake(&scene, 32, &Settings { emission_size: 512, ..Settings::default() });
+        let wanted = (1.0 - reflectance(cos, n)).powi(2) * cos;
+        // Middle of the plate's light: away from the rim, and for slanting light away from the plate's sides.
+        let middle = |x: usize| (12..20).map(move |y| y * 32 + x);
+        let mean = (14..18).flat_map(middle).map(|i| f64::from(maps.refracted[i][1])).sum::<f64>() / 32.0;
+        assert!((mean / wanted - 1.0).abs() < 2e-3, "{angle_deg} degrees, n {n}: {mean}, wanted {wanted}");
+    }
+}
+
+#[test]
+fn more_photons_come_closer_to_a_clear_plate() {
+    let scene = plate_over_floor(glass(1.5), 1.0, sun(DVec3::new(0.3, -1.0, 0.2)));
+    let cosine = 1.0 / (1.0_f64 + 0.09 + 0.04).sqrt();
+    let wanted = (1.0 - reflectance(cosine, 1.5)).powi(2) * cosine;
+    let error = |emission_size: u32| {
+        let settings =
+            Settings { emission_size, map_size: Some(64), splat: Splat::Point, ..Settings::default() };
+        let (maps, _) = bake(&scene, 32, &settings);
+        let middle = (12..20).flat_map(|y| (12..20).map(move |x| y * 32 + x));
+        (middle.map(|i| (f64::from(maps.refracted[i][1]) / wanted - 1.0).powi(2)).sum::<f64>() / 64.0).sqrt()
+    };
+    let errors = [100, 300, 900].map(error);
+    assert!(errors[0] > 2.0 * errors[1] && errors[1] > 2.0 * errors[2], "{errors:?}");
+    assert!(errors[2] < 0.03, "{errors:?}");
+}
+
+#[test]
+fn equal_wavelengths_add_up_to_one() {
+    let mut scene = spectral_scene::bundled("gem").unwrap();
+    for material in &mut scene.materials {
+        material.dispersion = Dispersion::Constant { n: material.dispersion.n_d() };
+    }
+    let settings = |wavelengths| Settings {
+        wavelengths: Some(wavelengths),
+        prune: false,
+        emission_size: 128,
+        ..Settings::default()
+    };
+    let (one, _) = bake(&scene, 64, &settings(1));
+    for count in [7, 21] {
+        let (many, statistics) = bake(&scene, 64, &settings(count));
+        assert_eq!(statistics.lights[0].ledgers.len(), count as usize);
+        assert_eq!(many.direct, one.direct);
+        // A photon's deposit of each wavelength is rounded to 2^-30 of the strongest, its weight to 2^-31, its sum to f32.
+        let largest = one.refracted.iter().flatten().copied().fold(0.0, f32::max);
+        for (a, b) in many.refracted.iter().flatten().zip(one.refracted.iter().flatten()) {
+            assert!((a - b).abs() <= 1e-6 * b + 1e-8 * largest, "{count}: {a} {b}");
+        }
+    }
+}
+
+#[test]
+fn a_lamp_with_an_eye_shines_through_a_plate_without_contrast_as_if_it_were_not_there() {
+    let position_m = DVec3::new(0.1, 0.9, -0.2);
+    let shapes = [
+        LightShape::Point { position_m, range_m: None },
+        LightShape::Spot {
+            position_m,
+            direction: (DVec3::new(0.05, 0.0, 0.0) - position_m).normalize(),
+            inner_cone_rad: 0.2,
+            outer_cone_rad: 0.6,
+            range_m: None,
+        },
+    ];
+    for shape in shapes {
+        let bare = |scene: &mut spectral_scene::Scene| drop(scene.objects.pop());
+        let with_plate = plate_over_floor(glass(1.0), 0.4, light(shape, 2.0));
+        let mut without = with_plate.clone();
+        bare(&mut without);
+        let settings = Settings { emission_size: 800, ..Settings::default() };
+        let (a, _) = bake(&with_plate, 64, &settings);
+        let (b, _) = bake(&without, 64, &settings);
+        let sum: Vec<[f32; 3]> =
+            a.direct.iter().zip(&a.refracted).map(|(d, r)| std::array::from_fn(|c| d[c] + r[c])).collect();
+        for c in 0..3 {
+            assert!(
+                (total(&sum)[c] / total(&b.direct)[c] - 1.0).abs() < 1e-3,
+                "{:?} {:?}",
+                total(&sum),
+                total(&b.direct)
+            );
+        }
+        assert!(total(&a.refracted)[1] > 0.1 * total(&b.direct)[1]);
+        assert!(relative_rms(&sum, &b.direct, 16) < 0.01, "{}", relative_rms(&sum, &b.direct, 16));
+        // The light itself: candela over distance squared, by the cosine.
+        if let LightShape::Point { .. } = shape {
+            let to_texel = DVec3::new(0.5 / 64.0, 0.0, 0.5 / 64.0) - position_m;
+            let wanted = 2.0 * position_m.y / to_texel.length().powi(3);
+            let texel = b.direct[32 * 64 + 32];
+            assert!((f64::from(texel[1]) / wanted - 1.0).abs() < 1e-3, "{texel:?} {wanted}");
+        }
+    }
+}
+
+#[test]
+fn absorption_is_beer_lambert() {
+    let color = [0.5, 0.25, 0.125];
+    let material = tinted(1.0, color, 0.05);
+    let scene = plate_over_floor(material, 1.0, sun(DVec3::NEG_Y));
+    let (maps, statistics) = bake(&scene, 16, &aligned(64));
+    // 0.1 of glass is twice the distance after which `color` remains; seven wavelengths integrate its square roughly.
+    let squared = Material { base_color: color.map(|c| c * c), ..opaque([1.0; 3]) };
+    let xyz = spectral_core::rgb::xyz_from_linear_srgb(squared.base_color);
+    for c in 0..3 {
+        let mean = total(&maps.refracted)[c] / 256.0;
+        assert!((mean / xyz[c] - 1.0).abs() < 0.25, "{c}: {mean} {}", xyz[c]);
+    }
+    let ledgers = &statistics.lights[0].ledgers;
+    assert!(ledgers.iter().all(|l| l.absorbed.flux > 0 && l.reflected.flux == 0 && l.kept_inside.flux == 0));
+    // A grey tint is the same at every wavelength, and exact.
+    let scene = plate_over_floor(tinted(1.0, [0.25; 3], 0.1), 1.0, sun(DVec3::NEG_Y));
+    let (maps, _) = bake(&scene, 16, &aligned(64));
+    assert!(maps.refracted.iter().all(|t| (t[1] - 0.25).abs() < 1e-6), "{:?}", maps.refracted[0]);
+}
