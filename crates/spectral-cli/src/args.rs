@@ -1,0 +1,175 @@
+//! The command line, as clap sees it. What the options mean together is checked in [`crate::run_options`].
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand};
+use spectral_core::dispersion::OffsetConvention;
+use spectral_core::header::Format;
+use spectral_core::observer::Observer;
+use spectral_core::wavelengths::Scheme;
+
+use crate::choices::{Backend, Method, Refraction};
+use crate::values::{self, Exposure, Size, WavelengthRange};
+
+/// Texels of a bake if nothing else is said.
+pub(crate) const DEFAULT_BAKE_SIZE: Size = Size { width: 256, height: 256 };
+/// Pixels of a picture if nothing else is said.
+pub(crate) const DEFAULT_RENDER_SIZE: Size = Size { width: 1280, height: 720 };
+
+/// Real-time spectral light transport: dispersion and caustics, checked against an f64 oracle.
+///
+/// SCENE is a glTF file (.gltf, .glb) or the name of a bundled scene.
+/// Exit status: 0 done, 1 failed, 2 bad usage.
+#[derive(Debug, Parser)]
+#[command(name = "spectral", version, disable_help_subcommand = true, arg_required_else_help = true)]
+pub(crate) struct Cli {
+    #[command(subcommand)]
+    pub(crate) command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+pub(crate) enum Command {
+    /// Print a wavelength set, its K_n matrices and index offsets as a shader header.
+    Matrices(MatricesArgs),
+    /// Compute the irradiance on a receiver's UVs.
+    Bake(BakeArgs),
+    /// Render a picture through the scene's first camera.
+    Render(RenderArgs),
+    /// Print what a scene calls for: effects, passes and resources, with reasons.
+    Plan(PlanArgs),
+    /// List what can run plans on this machine.
+    Devices(DevicesArgs),
+    /// Write a scene as glTF.
+    Export(ExportArgs),
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct MatricesArgs {
+    /// Number of wavelengths [default: 7; fraunhofer has 3 (default) or 4].
+    #[arg(short = 'n', value_name = "N", value_parser = values::set_wavelengths, allow_negative_numbers = true)]
+    pub(crate) wavelengths: Option<usize>,
+    /// How wavelengths and weights are chosen: fraunhofer, gauss, uniform, equal-energy, asm2013 or optimal.
+    #[arg(long, value_name = "SCHEME", default_value_t)]
+    pub(crate) scheme: Scheme,
+    /// Range the wavelengths are taken from, nm; fraunhofer and asm2013 have their own.
+    #[arg(long, value_name = "LOW..HIGH", default_value = "420..680", allow_hyphen_values = true)]
+    pub(crate) range: WavelengthRange,
+    /// Colour-matching functions: cie1931, cie1964 or wyman2013.
+    #[arg(long, value_name = "CMF", default_value_t)]
+    pub(crate) cmf: Observer,
+    /// Lines that the index offsets refer to: specgen (D, 589.3 nm) or gltf (d, 587.56 nm).
+    #[arg(long, value_name = "LINES", default_value_t)]
+    pub(crate) offsets: OffsetConvention,
+    /// Language of the header: glsl, hlsl, wgsl, msl, c, rust, json or text.
+    #[arg(long, value_name = "FORMAT", default_value = "text")]
+    pub(crate) format: Format,
+    /// File to write [default: standard output].
+    #[arg(short, long, value_name = "FILE")]
+    pub(crate) output: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BakeArgs {
+    /// glTF file or bundled scene.
+    pub(crate) scene: String,
+    /// Object whose UV square receives the light [default: `receiver`, or the scene's only one].
+    #[arg(long, value_name = "NAME")]
+    pub(crate) receiver: Option<String>,
+    /// Texels in u and v.
+    #[arg(long, value_name = "WxH", default_value_t = DEFAULT_BAKE_SIZE, allow_hyphen_values = true)]
+    pub(crate) size: Size,
+    /// EXR file to write: XYZ in lux, total and direct, refracted, reflected.
+    #[arg(short, long, value_name = "OUT.exr")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct RenderArgs {
+    /// glTF file or bundled scene.
+    pub(crate) scene: String,
+    /// Width and height in pixels.
+    #[arg(long, value_name = "WxH", default_value_t = DEFAULT_RENDER_SIZE, allow_hyphen_values = true)]
+    pub(crate) size: Size,
+    /// Factor on the picture before the tone map of a PNG; auto is 1 / the 99th percentile of Y.
+    #[arg(long, value_name = "E", default_value = "auto", allow_hyphen_values = true)]
+    pub(crate) exposure: Exposure,
+    /// Picture to write: .exr holds linear sRGB without exposure, .png the displayed picture.
+    #[arg(short, long, value_name = "OUT.exr|OUT.png")]
+    pub(crate) output: PathBuf,
+    #[command(flatten)]
+    pub(crate) run: RunArgs,
+}
+
+/// What `bake` and `render` share.
+#[derive(Debug, Args)]
+pub(crate) struct RunArgs {
+    /// How light is computed: reference or caustics-map.
+    #[arg(long, value_name = "METHOD", default_value = "caustics-map")]
+    pub(crate) method: Method,
+    /// Number of wavelengths [default: the method's].
+    #[arg(long, value_name = "N", value_parser = values::traced_wavelengths, allow_negative_numbers = true)]
+    pub(crate) wavelengths: Option<usize>,
+    /// How light finds its way through glass: image-space or traced [default: what the method has].
+    #[arg(long, value_name = "HOW")]
+    pub(crate) refraction: Option<Refraction>,
+    /// Most internal reflections that are followed [default: the method's].
+    #[arg(long, value_name = "B", value_parser = values::bounces, allow_negative_numbers = true)]
+    pub(crate) bounces: Option<u32>,
+    /// What runs the plan: auto, cpu or wgpu.
+    #[arg(long, value_name = "BACKEND", default_value = "auto")]
+    pub(crate) backend: Backend,
+    /// GPU adapter, by a part of its name; see `spectral devices`.
+    #[arg(long, value_name = "NAME")]
+    pub(crate) adapter: Option<String>,
+    /// CPU threads [default: one per core].
+    #[arg(long, value_name = "N", value_parser = values::threads, allow_negative_numbers = true)]
+    pub(crate) threads: Option<usize>,
+    /// Seed of the random numbers, for the methods that draw any.
+    #[arg(long, value_name = "S", default_value_t = 0, allow_negative_numbers = true)]
+    pub(crate) seed: u64,
+    /// Photons to trace (reference only).
+    #[arg(
+        long,
+        value_name = "P",
+        value_parser = values::photons,
+        allow_negative_numbers = true,
+        conflicts_with = "noise"
+    )]
+    pub(crate) photons: Option<u64>,
+    /// Relative standard error to reach (reference only).
+    #[arg(long, value_name = "X", value_parser = values::noise, allow_negative_numbers = true)]
+    pub(crate) noise: Option<f64>,
+    /// JSON file for settings, device, statistics and times.
+    #[arg(long, value_name = "STATS.json")]
+    pub(crate) stats: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PlanArgs {
+    /// glTF file or bundled scene.
+    pub(crate) scene: String,
+    /// Method to plan for: caustics-map.
+    #[arg(long, value_name = "METHOD", default_value = "caustics-map")]
+    pub(crate) method: Method,
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DevicesArgs {
+    /// Print JSON.
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ExportArgs {
+    /// glTF file or bundled scene.
+    pub(crate) scene: String,
+    /// Binary glTF file to write.
+    #[arg(short, long, value_name = "FILE.glb")]
+    pub(crate) output: PathBuf,
+}

@@ -1,0 +1,75 @@
+//! `--method caustics-map`: a plan, built for the chosen executor's limits and run once.
+
+use asm_core::Settings;
+use frame_plan::{ExecuteError, Executor, Plan};
+use serde_json::Value;
+use spectral_scene::{IrradianceMaps, Scene};
+
+use crate::args::RunArgs;
+use crate::backend;
+use crate::error::CliError;
+use crate::picture::Picture;
+use crate::progress::Progress;
+use crate::stats::{Stopwatch, Work};
+use crate::values::Size;
+
+/// Bake onto `receiver`, an index into the scene's objects.
+pub(crate) fn bake(
+    scene: &Scene,
+    receiver: usize,
+    size: Size,
+    run: &RunArgs,
+    times: &mut Stopwatch,
+) -> Result<(IrradianceMaps, Work), CliError> {
+    let mut chosen = backend::choose(run)?;
+    let executor = chosen.executor.as_mut();
+    times.did("open_device");
+    let settings = settings(run);
+    let size = [size.width, size.height];
+    let bake =
+        asm_core::bake_plan(scene, receiver, size, &settings, &executor.limits()).map_err(CliError::plan)?;
+    let (maps, statistics) = execute(executor, &bake.plan, times, |executor| bake.read(executor))?;
+    let work = Work::new(executor.info().clone(), chosen.reason, &settings, &statistics, &Value::Null)?;
+    Ok((maps, work))
+}
+
+/// A picture by `camera`, an index into the scene's cameras.
+pub(crate) fn render(
+    scene: &Scene,
+    camera: usize,
+    size: Size,
+    run: &RunArgs,
+    times: &mut Stopwatch,
+) -> Result<(Picture, Work), CliError> {
+    let mut chosen = backend::choose(run)?;
+    let executor = chosen.executor.as_mut();
+    times.did("open_device");
+    let settings = settings(run);
+    let pixels = [size.width, size.height];
+    let render = asm_core::render_plan(scene, camera, pixels, &settings, &executor.limits())
+        .map_err(CliError::plan)?;
+    let (picture, statistics) = execute(executor, &render.plan, times, |executor| render.read(executor))?;
+    let work = Work::new(executor.info().clone(), chosen.reason, &settings, &statistics, &Value::Null)?;
+    Ok((Picture { size, xyz: picture.xyz }, work))
+}
+
+fn settings(run: &RunArgs) -> Settings {
+    Settings { wavelengths: run.wavelengths.map(|n| n as u32), ..Settings::default() }
+}
+
+/// Run one frame and read what it left: only then is a GPU known to be done.
+fn execute<T>(
+    executor: &mut dyn Executor,
+    plan: &Plan,
+    times: &mut Stopwatch,
+    read: impl FnOnce(&mut dyn Executor) -> Result<T, ExecuteError>,
+) -> Result<T, CliError> {
+    times.did("plan");
+    let _progress = Progress::spinner(&format!("caustics-map on {}", executor.info().device));
+    executor.prepare(plan).map_err(CliError::failed)?;
+    times.did("prepare");
+    executor.execute().map_err(CliError::failed)?;
+    let result = read(executor).map_err(CliError::failed)?;
+    times.did("execute");
+    Ok(result)
+}

@@ -1,0 +1,94 @@
+//! Options that take one of a few names. A name that we know and have not built says so.
+
+use std::str::FromStr;
+
+use serde::Serialize;
+
+/// How light is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Method {
+    /// The f64 oracle.
+    Reference,
+    /// Caustics mapping (Shah, Konttinen & Pattanaik).
+    CausticsMap,
+}
+
+impl Method {
+    /// Its name on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Reference => "reference",
+            Self::CausticsMap => "caustics-map",
+        }
+    }
+}
+
+impl FromStr for Method {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        choose(
+            text,
+            &[Self::Reference, Self::CausticsMap].map(|m| (m.name(), m)),
+            &["acm", "asm", "footprint"],
+        )
+    }
+}
+
+/// What runs a plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Backend {
+    /// wgpu on a real GPU, else the CPU.
+    Auto,
+    /// The CPU executor.
+    Cpu,
+    /// The wgpu executor.
+    Wgpu,
+}
+
+impl FromStr for Backend {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        choose(text, &[("auto", Self::Auto), ("cpu", Self::Cpu), ("wgpu", Self::Wgpu)], &["vulkan"])
+    }
+}
+
+/// How light finds its way through glass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Refraction {
+    /// Against depth images of the refractor's faces.
+    ImageSpace,
+    /// Against the mesh itself.
+    Traced,
+}
+
+impl Refraction {
+    /// Its name on the command line.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::ImageSpace => "image-space",
+            Self::Traced => "traced",
+        }
+    }
+}
+
+impl FromStr for Refraction {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        choose(text, &[Self::ImageSpace, Self::Traced].map(|r| (r.name(), r)), &[])
+    }
+}
+
+fn choose<T: Copy>(text: &str, built: &[(&str, T)], planned: &[&str]) -> Result<T, String> {
+    if let Some((_, value)) = built.iter().find(|(name, _)| *name == text) {
+        return Ok(*value);
+    }
+    let names = built.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
+    let problem = if planned.contains(&text) { "not built yet" } else { "no such name" };
+    Err(format!("{problem}; there is: {names}"))
+}

@@ -1,0 +1,98 @@
+//! `spectral devices`: what can run plans on this machine.
+
+use std::fmt::Write;
+
+use asm_core::PASSES;
+use frame_plan::cpu::CpuExecutor;
+use frame_plan::{DeviceInfo, Executor};
+use serde::Serialize;
+
+use crate::args::DevicesArgs;
+use crate::error::CliError;
+use crate::{backend, messages, targets};
+
+/// One executor on one device.
+#[derive(Serialize)]
+struct Entry {
+    /// Executor id, as `--backend` takes it.
+    id: &'static str,
+    status: Status,
+    /// Name of the device, as `--adapter` takes it; empty if there is none.
+    device: String,
+    driver: String,
+    /// What it computes on, or why it is missing.
+    reason: String,
+}
+
+#[derive(Serialize)]
+#[serde(rename_all = "kebab-case")]
+enum Status {
+    /// Opened and ready.
+    Available,
+    /// The adapter is there and gives no device.
+    Failed,
+    /// No adapter.
+    Missing,
+}
+
+#[derive(Serialize)]
+struct Report {
+    executors: Vec<Entry>,
+    /// What `--backend auto` takes.
+    auto: &'static str,
+}
+
+pub(crate) fn run(args: &DevicesArgs) -> Result<(), CliError> {
+    let (mut executors, auto) = wgpu();
+    executors.insert(0, cpu());
+    let report = Report { executors, auto };
+    messages::print(&if args.json { targets::json_text(&report)? } else { table(&report) })
+}
+
+fn cpu() -> Entry {
+    match CpuExecutor::new(PASSES, None) {
+        Ok(executor) => entry("cpu", Status::Available, executor.info(), "always there".into()),
+        Err(error) => entry("cpu", Status::Failed, &DeviceInfo::default(), error.to_string()),
+    }
+}
+
+/// Every adapter that wgpu knows, each opened to see whether it works, and what `auto` makes of them.
+fn wgpu() -> (Vec<Entry>, &'static str) {
+    let adapters = asm_wgpu::adapters();
+    if adapters.is_empty() {
+        let reason =
+            "wgpu finds no adapter: install a GPU driver, or let `cargo xtask driver` fetch a software one";
+        return (vec![entry("wgpu", Status::Missing, &DeviceInfo::default(), reason.into())], "cpu");
+    }
+    let open = |info: &DeviceInfo| match backend::wgpu(Some(info.device.clone())) {
+        Ok(executor) if backend::is_software(&executor) => {
+            entry("wgpu", Status::Available, info, "software driver, runs on the CPU".into())
+        }
+        Ok(_) => entry("wgpu", Status::Available, info, "GPU".into()),
+        Err(problem) => entry("wgpu", Status::Failed, info, problem),
+    };
+    let auto =
+        if backend::wgpu(None).is_ok_and(|best| !backend::is_software(&best)) { "wgpu" } else { "cpu" };
+    (adapters.iter().map(open).collect(), auto)
+}
+
+fn entry(id: &'static str, status: Status, info: &DeviceInfo, reason: String) -> Entry {
+    Entry { id, status, device: info.device.clone(), driver: info.driver.clone(), reason }
+}
+
+fn table(report: &Report) -> String {
+    let mut text = String::new();
+    for Entry { id, status, device, driver, reason } in &report.executors {
+        let status = match status {
+            Status::Available => "available",
+            Status::Failed => "failed",
+            Status::Missing => "missing",
+        };
+        let name =
+            [device.as_str(), driver].into_iter().filter(|n| !n.is_empty()).collect::<Vec<_>>().join(", ");
+        let name = if name.is_empty() { reason.clone() } else { format!("{name}: {reason}") };
+        writeln!(text, "{id:<5} {status:<10} {name}").expect("a String takes everything");
+    }
+    writeln!(text, "--backend auto takes {}", report.auto).expect("a String takes everything");
+    text
+}

@@ -1,0 +1,68 @@
+//! The oracle's bakes.
+
+use frame_plan::memory;
+use serde::Serialize;
+use spectral_reference::{BakeSettings, Effort, GeometryCounts, Ledger};
+use spectral_scene::{IrradianceMaps, Scene};
+
+use super::{REASON, check_memory, device, error, step_nm, warn_of_noise};
+use crate::args::RunArgs;
+use crate::error::CliError;
+use crate::progress::Progress;
+use crate::stats::{Stopwatch, Work};
+use crate::values::Size;
+
+/// What the oracle holds per texel, f64 layers and replicates included, generously.
+const BYTES_PER_TEXEL: u64 = 640;
+
+#[derive(Serialize)]
+struct Statistics<'a> {
+    photons: u64,
+    geometry: GeometryCounts,
+    ledger: &'a Ledger,
+    /// Largest share, over wavelengths, of the emitted flux that the ledger does not account for.
+    imbalance: f64,
+}
+
+/// Bake onto `receiver`, an index into the scene's objects.
+pub(crate) fn bake(
+    scene: &Scene,
+    receiver: usize,
+    size: Size,
+    run: &RunArgs,
+    times: &mut Stopwatch,
+) -> Result<(IrradianceMaps, Work), CliError> {
+    check_memory(size, BYTES_PER_TEXEL, memory::usable_bytes())?;
+    let default = BakeSettings::default();
+    let settings = BakeSettings {
+        size: [size.width, size.height],
+        bounces: run.bounces.unwrap_or(default.bounces),
+        effort: effort(run, default.effort),
+        seed: run.seed,
+        threads: run.threads,
+        step_nm: step_nm(run.wavelengths)?.unwrap_or(default.step_nm),
+        ..default
+    };
+    let progress = Progress::bar("reference");
+    let bake =
+        spectral_reference::bake(scene, receiver, &settings, &|done| progress.set(done)).map_err(error)?;
+    drop(progress);
+    times.did("compute");
+    warn_of_noise(run.noise, bake.standard_error.refracted.max(bake.standard_error.total), bake.photons);
+    let statistics = Statistics {
+        photons: bake.photons,
+        geometry: bake.geometry,
+        ledger: &bake.ledger,
+        imbalance: bake.ledger.imbalance(),
+    };
+    let work = Work::new(device(run), REASON.into(), &settings, &statistics, &bake.standard_error)?;
+    Ok((bake.maps, work))
+}
+
+fn effort(run: &RunArgs, default: Effort) -> Effort {
+    match (run.photons, run.noise) {
+        (Some(photons), _) => Effort::Photons(photons),
+        (None, Some(relative)) => Effort::noise(relative),
+        (None, None) => default,
+    }
+}

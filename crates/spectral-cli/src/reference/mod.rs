@@ -1,0 +1,95 @@
+//! `--method reference`: the f64 oracle.
+
+mod bake;
+mod picture;
+
+use frame_plan::DeviceInfo;
+use spectral_core::observer::VISIBLE_NM;
+use spectral_reference::ReferenceError;
+
+pub(crate) use bake::bake;
+pub(crate) use picture::render;
+
+use crate::args::RunArgs;
+use crate::error::CliError;
+use crate::messages;
+use crate::values::Size;
+
+/// Why the reference runs where it does.
+const REASON: &str = "the reference runs on the CPU only";
+
+/// The width of so many equal cells of the visible range, within what the oracle takes.
+fn step_nm(wavelengths: Option<usize>) -> Result<Option<f64>, CliError> {
+    let visible_nm = VISIBLE_NM.1 - VISIBLE_NM.0;
+    match wavelengths.map(|n| (n, visible_nm / n as f64)) {
+        None => Ok(None),
+        Some((_, step_nm)) if (1.0..=5.0).contains(&step_nm) => Ok(Some(step_nm)),
+        Some((n, _)) => Err(CliError::Usage(format!(
+            "--wavelengths {n} does not go with --method reference, which has 80 to 400 (steps of 5 to 1 nm)"
+        ))),
+    }
+}
+
+/// Refuse what would not fit, with the numbers.
+fn check_memory(size: Size, bytes_per_texel: u64, usable_bytes: u64) -> Result<(), CliError> {
+    let needed_bytes = size.texels() * bytes_per_texel;
+    if needed_bytes <= usable_bytes {
+        return Ok(());
+    }
+    let gib = |bytes: u64| bytes as f64 / f64::from(1 << 30);
+    let problem = format!(
+        "--size {size} would take about {:.1} GiB of memory, and {:.1} GiB may be used here: choose a smaller one",
+        gib(needed_bytes),
+        gib(usable_bytes)
+    );
+    Err(CliError::Failed(problem))
+}
+
+/// Say so if a noise target was not met before the most photons were sent.
+fn warn_of_noise(target: Option<f64>, reached: f64, photons: u64) {
+    if let Some(target) = target.filter(|target| reached > *target) {
+        messages::warn(&format!("--noise {target} is not reached: {reached:.4} after {photons} photons"));
+    }
+}
+
+fn error(error: ReferenceError) -> CliError {
+    match error {
+        ReferenceError::Setting { .. } | ReferenceError::Size { .. } => CliError::usage(error),
+        _ => CliError::failed(error),
+    }
+}
+
+fn device(run: &RunArgs) -> DeviceInfo {
+    let threads =
+        run.threads.or_else(|| std::thread::available_parallelism().ok().map(Into::into)).unwrap_or(1);
+    DeviceInfo {
+        executor: "cpu".into(),
+        device: format!("{threads} x {}", std::env::consts::ARCH),
+        driver: concat!("spectral-reference ", env!("CARGO_PKG_VERSION")).into(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn maps_that_do_not_fit_into_memory_are_refused_with_the_numbers() {
+        let size = Size { width: 8192, height: 8192 };
+        assert!(check_memory(size, 640, 64 << 30).is_ok());
+        let message = check_memory(size, 640, 16 << 30).expect_err("too large").to_string();
+        assert!(
+            message.contains("8192x8192") && message.contains("40.0 GiB") && message.contains("16.0 GiB"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn wavelengths_are_cells_of_the_visible_range() {
+        assert_eq!(step_nm(None).expect("default"), None);
+        assert_eq!(step_nm(Some(80)).expect("coarsest"), Some(5.0));
+        assert_eq!(step_nm(Some(400)).expect("finest"), Some(1.0));
+        assert!(step_nm(Some(79)).is_err());
+        assert!(step_nm(Some(401)).is_err());
+    }
+}

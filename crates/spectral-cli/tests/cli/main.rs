@@ -1,0 +1,8 @@
+//! The program as a user meets it: one module per group of subcommands, and one for command lines that make no sense.
+
+mod bake;
+mod inspect;
+mod matrices;
+mod program;
+mod render;
+mod usage;
