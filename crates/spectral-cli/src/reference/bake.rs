@@ -55,7 +55,7 @@ pub(crate) fn bake(
         ledger: &bake.ledger,
         imbalance: bake.ledger.imbalance(),
     };
-    let work = Work::new(device(run), REASON.into(), &settings, &statistics, &bake.standard_error)?;
+    let work = Work::new(device(run)?, REASON.into(), &settings, &statistics, &bake.standard_error)?;
     Ok((bake.maps, work))
 }
 

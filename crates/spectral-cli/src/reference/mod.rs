@@ -3,7 +3,8 @@
 mod bake;
 mod picture;
 
-use frame_plan::DeviceInfo;
+use frame_plan::cpu::CpuExecutor;
+use frame_plan::{DeviceInfo, Executor, PassSet};
 use spectral_core::observer::VISIBLE_NM;
 use spectral_reference::ReferenceError;
 
@@ -59,14 +60,11 @@ fn error(error: ReferenceError) -> CliError {
     }
 }
 
-fn device(run: &RunArgs) -> DeviceInfo {
-    let threads =
-        run.threads.or_else(|| std::thread::available_parallelism().ok().map(Into::into)).unwrap_or(1);
-    DeviceInfo {
-        executor: "cpu".into(),
-        device: format!("{threads} x {}", std::env::consts::ARCH),
-        driver: concat!("spectral-reference ", env!("CARGO_PKG_VERSION")).into(),
-    }
+/// The processor and threads, named as the CPU executor names them.
+fn device(run: &RunArgs) -> Result<DeviceInfo, CliError> {
+    let executor = CpuExecutor::new(PassSet(&[]), run.threads).map_err(CliError::failed)?;
+    let driver = concat!("spectral-reference ", env!("CARGO_PKG_VERSION")).into();
+    Ok(DeviceInfo { driver, ..executor.info().clone() })
 }
 
 #[cfg(test)]

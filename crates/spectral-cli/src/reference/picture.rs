@@ -83,7 +83,7 @@ pub(crate) fn render(
     };
     let settings = RenderSettings { seed: run.seed, ..settings };
     let error = StandardError { total: mean.standard_error() };
-    let work = Work::new(device(run), REASON.into(), &settings, &statistics, &error)?;
+    let work = Work::new(device(run)?, REASON.into(), &settings, &statistics, &error)?;
     Ok((Picture { size, xyz: mean.xyz() }, work))
 }
 
