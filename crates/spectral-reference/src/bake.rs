@@ -1,0 +1,344 @@
+//! Irradiance on one receiver.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use spectral_core::observer::Observer;
+use spectral_scene::{IrradianceMaps, Scene};
+
+use crate::direct;
+use crate::error::{MAX_BOUNCES, ReferenceError, check_setting, check_size};
+use crate::film::{Coarse, ReceiverFilm};
+use crate::lamp::{Bundle, Lamp};
+use crate::ledger::{Ledger, Tally};
+use crate::shoot::{REPLICATES, Shooter};
+use crate::sobol::{Sequence, mix};
+use crate::texels::Texels;
+use crate::tree::Pending;
+use crate::world::{GeometryCounts, World};
+
+/// How much work to do.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Effort {
+    /// So many photons (paths of one wavelength), rounded up to what the lights can be given evenly.
+    Photons(u64),
+    /// Until the standard error of Y at 64 x 64 is below this share of the signal's RMS, in the refracted layer and in
+    /// the sum of all layers; the number of photons doubles until then, or until `max_photons`.
+    Noise {
+        /// Such as 0.002.
+        relative: f64,
+        /// Stop here even if the target is not reached.
+        max_photons: u64,
+    },
+}
+
+impl Effort {
+    /// Doubling ends here if nothing else is said.
+    pub const MAX_PHOTONS: u64 = 1 << 32;
+
+    /// A noise target with the default limit.
+    pub fn noise(relative: f64) -> Self {
+        Self::Noise { relative, max_photons: Self::MAX_PHOTONS }
+    }
+}
+
+/// What to bake and how.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BakeSettings {
+    /// Texels in u and v.
+    pub size: [u32; 2],
+    /// Internal reflections followed; see [`crate::bake`].
+    pub bounces: u32,
+    /// When to stop.
+    pub effort: Effort,
+    /// Another seed gives another, equally good result; the same seed gives the same bits on any number of threads.
+    pub seed: u64,
+    /// Threads; `None` for one per core.
+    pub threads: Option<usize>,
+    /// Whose colour-matching functions.
+    pub observer: Observer,
+    /// Width of the cells of 380 to 780 nm within which light and eye are taken as constant, 1 to 5 nm. Refraction
+    /// sees continuous wavelengths.
+    pub step_nm: f64,
+    /// Shadow rays per texel.
+    pub direct_samples: u32,
+}
+
+impl Default for BakeSettings {
+    fn default() -> Self {
+        Self {
+            size: [256, 256],
+            bounces: 3,
+            effort: Effort::noise(0.002),
+            seed: 0,
+            threads: None,
+            observer: Observer::default(),
+            step_nm: 1.0,
+            direct_samples: 256,
+        }
+    }
+}
+
+impl BakeSettings {
+    fn check(&self) -> Result<(), ReferenceError> {
+        check_size(self.size)?;
+        check_setting(self.bounces <= MAX_BOUNCES, "bounces", f64::from(self.bounces), "at most 1000")?;
+        check_setting((1.0..=5.0).contains(&self.step_nm), "step_nm", self.step_nm, "1 to 5")?;
+        check_setting(self.direct_samples >= 1, "direct_samples", f64::from(self.direct_samples), "at least 1")?;
+        match self.effort {
+            Effort::Photons(photons) => check_setting(photons >= 1, "photons", photons as f64, "at least 1"),
+            Effort::Noise { relative, .. } => {
+                check_setting(relative > 0.0 && relative < 1.0, "noise", relative, "above 0 and below 1")
+            }
+        }
+    }
+}
+
+/// Standard errors of Y at 64 x 64: RMS of the error over RMS of the layer, 0 for a dark layer.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct StandardError {
+    /// The sum of all layers.
+    pub total: f64,
+    /// Unblocked light.
+    pub direct: f64,
+    /// Light that has been in glass.
+    pub refracted: f64,
+    /// Light reflected outside.
+    pub reflected: f64,
+}
+
+/// A baked receiver.
+#[derive(Clone, Debug)]
+pub struct Bake {
+    /// Texel means in f32, as the other methods give them.
+    pub maps: IrradianceMaps,
+    /// Unblocked light, XYZ with Y in lux, f64, in the order of `maps`.
+    pub direct: Vec<[f64; 3]>,
+    /// Light that has entered glass, likewise.
+    pub refracted: Vec<[f64; 3]>,
+    /// Light that met glass only from outside, likewise.
+    pub reflected: Vec<[f64; 3]>,
+    /// From independent randomisations of the same sampling.
+    pub standard_error: StandardError,
+    /// Paths of one wavelength that were sent.
+    pub photons: u64,
+    /// Where their light went.
+    pub ledger: Ledger,
+    /// What the meshes were like.
+    pub geometry: GeometryCounts,
+}
+
+/// Bakes the irradiance on an object of the scene: XYZ, Y in lux, texel means over its UV square.
+///
+/// * `direct` comes from shadow rays: light that meets nothing, glass included.
+/// * `refracted` has entered glass and left it after at most `bounces` reflections inside, or has landed inside.
+/// * `reflected` was reflected at the outside of glass and has never entered any.
+///
+/// Light reaches a receiver on its front, the side of its geometric normal; what arrives on the back is counted in the
+/// ledger as landed elsewhere. Opaque objects absorb what they block: nothing is reflected from one to another.
+/// [`crate`] says how glass is treated. `progress` hears shares of the work, 0 to 1, from any thread, in order.
+///
+/// # Errors
+/// For scenes that break [`Scene::validate`]'s rules, objects that are no receivers, and settings out of range.
+pub fn bake(
+    scene: &Scene,
+    receiver: usize,
+    settings: &BakeSettings,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Bake, ReferenceError> {
+    settings.check()?;
+    check_receiver(scene, receiver)?;
+    scene.validate()?;
+    pool(settings.threads)?.install(|| Ok(baked(scene, receiver, settings, progress)))
+}
+
+fn check_receiver(scene: &Scene, receiver: usize) -> Result<(), ReferenceError> {
+    let Some(object) = scene.objects.get(receiver) else {
+        return Err(ReferenceError::UnknownObject { object: receiver, count: scene.objects.len() });
+    };
+    let name = || object.name.clone();
+    if scene.materials.get(object.material).is_some_and(spectral_scene::Material::is_refractor) {
+        return Err(ReferenceError::ReceiverRefracts { name: name() });
+    }
+    if scene.meshes.get(object.mesh).is_some_and(|m| m.uvs.is_empty()) {
+        return Err(ReferenceError::ReceiverHasNoUvs { name: name() });
+    }
+    Ok(())
+}
+
+/// A thread pool of our own, so that callers' pools keep their size.
+pub(crate) fn pool(threads: Option<usize>) -> Result<rayon::ThreadPool, ReferenceError> {
+    let threads = threads.unwrap_or(0);
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|source| ReferenceError::Threads { threads, source })
+}
+
+/// Share of the progress that shadow rays get.
+const DIRECT_PROGRESS: f64 = 0.05;
+
+fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Bake {
+    progress(0.0);
+    let world = World::new(scene);
+    let lamps: Vec<Lamp> =
+        scene.lights.iter().map(|l| Lamp::new(l, settings.observer, settings.step_nm, &world)).collect();
+    let texels = Texels::new(scene, &world, receiver, settings.size);
+    let (direct, direct_coarse) = direct_layer(&world, &lamps, &texels, settings);
+    progress(DIRECT_PROGRESS);
+
+    let bundles = Bundle::all(scene, &world, &lamps);
+    let shooter = Shooter::new(&world, &lamps, bundles, settings.bounces, settings.seed);
+    let mut film = ReceiverFilm::new(&world, &texels);
+    let mut tally = Tally::new(settings.bounces);
+    let errors = |film: &ReceiverFilm, units: u64| {
+        // A replicate has seen only its own share of the paths.
+        let scale = shooter.scale(units) * REPLICATES as f64;
+        let [refracted, reflected] = &film.coarse;
+        let of = |layers: &[(&Coarse, f64)]| Coarse::relative_error(layers);
+        StandardError {
+            total: of(&[(&direct_coarse, 1.0), (refracted, scale), (reflected, scale)]),
+            direct: of(&[(&direct_coarse, 1.0)]),
+            refracted: of(&[(refracted, scale)]),
+            reflected: of(&[(reflected, scale)]),
+        }
+    };
+    let mut schedule = Schedule::new(&shooter, settings.effort);
+    while let Some(to) = schedule.next() {
+        let base = schedule.progress;
+        let span = schedule.expected_share(to);
+        let mut report =
+            |share: f64| progress(DIRECT_PROGRESS + (1.0 - DIRECT_PROGRESS) * (base + (span - base) * share));
+        shooter.shoot(&mut film, &mut tally, (schedule.units, to), &mut report);
+        let error = errors(&film, to);
+        schedule.did(to, error.refracted.max(error.total), span);
+    }
+    let units = schedule.units;
+    progress(1.0);
+
+    let scale = shooter.scale(units);
+    let finished = |flux: &Vec<[f64; 3]>| -> Vec<[f64; 3]> {
+        let texel = |(xyz, &area): (&[f64; 3], &f64)| if area > 0.0 { xyz.map(|v| v * scale / area) } else { [0.0; 3] };
+        flux.iter().zip(&texels.areas).map(texel).collect()
+    };
+    let (refracted, reflected) = (finished(&film.flux[0]), finished(&film.flux[1]));
+    let to_f32 = |layer: &Vec<[f64; 3]>| layer.iter().map(|xyz| xyz.map(|v| v as f32)).collect();
+    Bake {
+        maps: IrradianceMaps {
+            width: settings.size[0],
+            height: settings.size[1],
+            direct: to_f32(&direct),
+            refracted: to_f32(&refracted),
+            reflected: to_f32(&reflected),
+        },
+        standard_error: errors(&film, units),
+        photons: units * shooter.photons_per_unit(),
+        ledger: tally.ledger(scale),
+        geometry: world.counts,
+        direct,
+        refracted,
+        reflected,
+    }
+}
+
+/// Shadow rays: independent low-discrepancy points for each texel and replicate.
+fn direct_layer(world: &World, lamps: &[Lamp], texels: &Texels, settings: &BakeSettings) -> (Vec<[f64; 3]>, Coarse) {
+    let per_replicate = settings.direct_samples.div_ceil(REPLICATES as u32);
+    let seed = mix(settings.seed ^ 0xd1ec7);
+    let ranges: Vec<&[crate::texels::Patch]> = texels.patches.chunk_by(|a, b| a.texel == b.texel).collect();
+    let values: Vec<[[f64; 3]; REPLICATES]> = ranges
+        .par_iter()
+        .map_init(Pending::default, |pending, patches| {
+            let texel = patches[0].texel;
+            let area = texels.areas[texel as usize];
+            std::array::from_fn(|replicate| {
+                let sequence = Sequence::new(mix(seed ^ (u64::from(texel) << 8)) ^ replicate as u64);
+                let mut mean = [0.0; 3];
+                let mut index = 0;
+                for patch in *patches {
+                    let share = patch.area / area;
+                    let count = (share * f64::from(per_replicate)).ceil().max(1.0) as u32;
+                    let normal = world.faces[patch.triangle as usize].normal;
+                    let square = (index..index + count).map(|i| sequence.point::<2>(i));
+                    for point in texels.spread(world, patch, square) {
+                        let xyz = direct::irradiance(world, lamps, point, normal, patch.triangle, pending);
+                        for (sum, value) in mean.iter_mut().zip(xyz) {
+                            *sum += value * share / f64::from(count);
+                        }
+                    }
+                    index += count;
+                }
+                mean
+            })
+        })
+        .collect();
+    let mut layer = vec![[0.0; 3]; texels.areas.len()];
+    let mut coarse = Coarse::new(texels.width, texels.height);
+    for (patches, replicates) in ranges.iter().zip(&values) {
+        let texel = patches[0].texel;
+        for (replicate, xyz) in replicates.iter().enumerate() {
+            coarse.add(replicate, texel, xyz[1]);
+            for (sum, value) in layer[texel as usize].iter_mut().zip(xyz) {
+                *sum += value / REPLICATES as f64;
+            }
+        }
+    }
+    (layer, coarse)
+}
+
+/// When to stop shooting, and how far we are.
+struct Schedule {
+    effort: Effort,
+    /// Done so far.
+    units: u64,
+    per_unit: u64,
+    last: u64,
+    error: Option<f64>,
+    progress: f64,
+}
+
+impl Schedule {
+    /// Photons of the first round when there is a noise target.
+    const FIRST: u64 = 1 << 18;
+    /// How the error falls with the number of photons, between random points (1/2) and a smooth caustic (about 3/4).
+    const RATE: f64 = 0.65;
+
+    fn new(shooter: &Shooter, effort: Effort) -> Self {
+        let per_unit = shooter.photons_per_unit();
+        let limit = match effort {
+            Effort::Photons(photons) => photons.div_ceil(per_unit.max(1)),
+            Effort::Noise { max_photons, .. } => max_photons / per_unit.max(1),
+        };
+        let last = if shooter.is_idle() { 0 } else { limit.clamp(1, shooter.max_units()) };
+        Self { effort, units: 0, per_unit, last, error: None, progress: 0.0 }
+    }
+
+    /// The number of units to go on to.
+    fn next(&self) -> Option<u64> {
+        if self.units >= self.last {
+            return None;
+        }
+        match (self.effort, self.error) {
+            (Effort::Photons(_), _) => Some(self.last),
+            (Effort::Noise { .. }, None) => {
+                Some((Self::FIRST / self.per_unit).next_power_of_two().clamp(1, self.last))
+            }
+            (Effort::Noise { relative, .. }, Some(error)) => {
+                (error > relative).then_some((2 * self.units).min(self.last))
+            }
+        }
+    }
+
+    /// Share of all photons that will have been sent with so many units, as far as one can tell.
+    fn expected_share(&self, to: u64) -> f64 {
+        let (Effort::Noise { relative, .. }, Some(error)) = (self.effort, self.error) else {
+            return if matches!(self.effort, Effort::Photons(_)) { 1.0 } else { 0.01 };
+        };
+        let needed = self.units as f64 * (error / relative).powf(1.0 / Self::RATE);
+        (to as f64 / needed.min(self.last as f64)).clamp(self.progress, 1.0)
+    }
+
+    fn did(&mut self, to: u64, error: f64, progress: f64) {
+        (self.units, self.error, self.progress) = (to, Some(error), progress);
+    }
+}

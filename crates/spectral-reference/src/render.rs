@@ -1,0 +1,209 @@
+//! Camera pictures by spectral eye rays.
+
+use glam::{DMat3, DVec3};
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use spectral_core::observer::Observer;
+use spectral_scene::{Camera, Scene};
+
+use crate::bake::pool;
+use crate::error::{MAX_BOUNCES, ReferenceError, check_setting, check_size};
+use crate::lamp::{Bundle, Lamp};
+use crate::ledger::Tally;
+use crate::shade::{EyeSink, LightMaps};
+use crate::shoot::Shooter;
+use crate::sobol::{Sequence, mix};
+use crate::trace::{EYE_CUTOFF, Emission, Tracer};
+use crate::tree::Pending;
+use crate::world::World;
+
+/// What to render and how.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RenderSettings {
+    /// Pixels across and down.
+    pub size: [u32; 2],
+    /// `None` for the scene's first camera.
+    pub camera: Option<Camera>,
+    /// Internal reflections followed, by light and by eye rays; see [`crate`].
+    pub bounces: u32,
+    /// Eye paths per pixel and lamp.
+    pub samples_per_pixel: u32,
+    /// Photons for the light that reaches opaque surfaces by way of glass.
+    pub photons: u64,
+    /// Texels of each such surface.
+    pub bake_size: [u32; 2],
+    /// The same seed gives the same bits on any number of threads.
+    pub seed: u64,
+    /// Threads; `None` for one per core.
+    pub threads: Option<usize>,
+    /// Whose colour-matching functions.
+    pub observer: Observer,
+    /// As in [`crate::BakeSettings`].
+    pub step_nm: f64,
+}
+
+impl Default for RenderSettings {
+    fn default() -> Self {
+        Self {
+            size: [1280, 720],
+            camera: None,
+            bounces: 3,
+            samples_per_pixel: 16,
+            photons: 1 << 23,
+            bake_size: [256, 256],
+            seed: 0,
+            threads: None,
+            observer: Observer::default(),
+            step_nm: 1.0,
+        }
+    }
+}
+
+impl RenderSettings {
+    fn check(&self) -> Result<(), ReferenceError> {
+        check_size(self.size)?;
+        check_size(self.bake_size)?;
+        check_setting(self.bounces <= MAX_BOUNCES, "bounces", f64::from(self.bounces), "at most 1000")?;
+        check_setting((1.0..=5.0).contains(&self.step_nm), "step_nm", self.step_nm, "1 to 5")?;
+        let samples = f64::from(self.samples_per_pixel);
+        check_setting(self.samples_per_pixel >= 1, "samples_per_pixel", samples, "at least 1")?;
+        check_setting(self.photons >= 1, "photons", self.photons as f64, "at least 1")
+    }
+}
+
+/// A camera picture.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Picture {
+    /// Columns.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// Row-major from the top left; XYZ with Y in cd/m^2, means over the pixels. The background is black.
+    pub xyz: Vec<[f32; 3]>,
+    /// Photons that were sent.
+    pub photons: u64,
+    /// Eye and photon rays traced, shadow rays not included.
+    pub rays: u64,
+}
+
+/// Renders the scene through a camera.
+///
+/// Eye rays split at glass like light does, with the same limits but a coarser cutoff, so glass shows reflections and refractions of
+/// everything behind it at every wavelength. Opaque surfaces are Lambertian: base colour upsampled, times direct
+/// light by shadow rays, plus, on the front of meshes with UVs, light that came by way of glass, from photon maps of
+/// `bake_size` texels in 20 bands of wavelengths, interpolated bilinearly. Metals are taken as matte. Light is not
+/// reflected from one opaque surface to another, and lights themselves are not seen.
+///
+/// # Errors
+/// For scenes that break [`Scene::validate`]'s rules, without a camera, and for settings out of range.
+pub fn render(
+    scene: &Scene,
+    settings: &RenderSettings,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Result<Picture, ReferenceError> {
+    settings.check()?;
+    scene.validate()?;
+    let camera = settings.camera.as_ref().or(scene.cameras.first()).ok_or(ReferenceError::NoCamera)?;
+    pool(settings.threads)?.install(|| Ok(rendered(scene, camera, settings, progress)))
+}
+
+fn rendered(scene: &Scene, camera: &Camera, settings: &RenderSettings, progress: &(dyn Fn(f64) + Sync)) -> Picture {
+    progress(0.0);
+    let world = World::new(scene);
+    let lamps: Vec<Lamp> =
+        scene.lights.iter().map(|l| Lamp::new(l, settings.observer, settings.step_nm, &world)).collect();
+    let mut maps = LightMaps::new(scene, &world, &lamps, settings.bake_size);
+    let shooter =
+        Shooter::new(&world, &lamps, Bundle::all(scene, &world, &lamps), settings.bounces, settings.seed);
+    let mut tally = Tally::new(settings.bounces);
+    let mut units = 0;
+    if !shooter.is_idle() {
+        units = settings.photons.div_ceil(shooter.photons_per_unit()).clamp(1, shooter.max_units());
+        shooter.shoot(&mut maps, &mut tally, (0, units), &mut |share| progress(0.5 * share));
+        maps.finish(shooter.scale(units));
+    }
+    let view = View::new(camera, settings.size, &world);
+    let [width, height] = settings.size;
+    let mut xyz = Vec::with_capacity(width as usize * height as usize);
+    let mut rays = tally.counts.rays;
+    // A band of rows at a time, to report progress in order.
+    const ROWS: u32 = 16;
+    for first in (0..height).step_by(ROWS as usize) {
+        let last = height.min(first + ROWS);
+        let band: Vec<([f32; 3], u64)> = (first * width..last * width)
+            .into_par_iter()
+            .map(|pixel| view.pixel(pixel, &world, &lamps, &maps, settings))
+            .collect();
+        xyz.extend(band.iter().map(|(xyz, _)| *xyz));
+        rays += band.iter().map(|(_, rays)| rays).sum::<u64>();
+        progress(0.5 + 0.5 * f64::from(last) / f64::from(height));
+    }
+    Picture { width, height, xyz, photons: units * shooter.photons_per_unit(), rays }
+}
+
+/// A pinhole camera over a grid of pixels.
+struct View {
+    eye: DVec3,
+    world_from_camera: DMat3,
+    /// Half the picture's size at distance 1.
+    half: [f64; 2],
+    size: [u32; 2],
+    znear_m: f64,
+    nesting: crate::medium::Nesting,
+}
+
+impl View {
+    fn new(camera: &Camera, size: [u32; 2], world: &World) -> Self {
+        let half_height = (0.5 * camera.yfov_rad).tan();
+        let eye = camera.world_from_camera.w_axis.truncate();
+        Self {
+            eye,
+            world_from_camera: DMat3::from_mat4(camera.world_from_camera),
+            half: [half_height * f64::from(size[0]) / f64::from(size[1]), half_height],
+            size,
+            znear_m: camera.znear_m,
+            nesting: world.nesting_at(eye, &mut Pending::default()),
+        }
+    }
+
+    /// XYZ of a pixel, and the rays that it took.
+    fn pixel(
+        &self,
+        pixel: u32,
+        world: &World,
+        lamps: &[Lamp],
+        maps: &LightMaps,
+        settings: &RenderSettings,
+    ) -> ([f32; 3], u64) {
+        let samples = settings.samples_per_pixel;
+        let sequence = Sequence::new(mix(settings.seed ^ 0xca3e7a) ^ u64::from(pixel));
+        let (column, row) = (f64::from(pixel % self.size[0]), f64::from(pixel / self.size[0]));
+        let mut xyz = [0.0; 3];
+        let mut rays = 0;
+        for (lamp_index, lamp) in lamps.iter().enumerate() {
+            let sink = EyeSink { maps, lamp, lamp_index, pending: Pending::default(), xyz: [0.0; 3] };
+            let mut tracer = Tracer::new(world, settings.bounces, EYE_CUTOFF, sink);
+            for index in 0..samples {
+                let [s, t, w] = sequence.point(index);
+                let x = 2.0 * (column + s) / f64::from(self.size[0]) - 1.0;
+                let y = 1.0 - 2.0 * (row + t) / f64::from(self.size[1]);
+                let through = DVec3::new(x * self.half[0], y * self.half[1], -1.0);
+                let through = self.world_from_camera * through;
+                tracer.trace(&Emission {
+                    origin: self.eye + through * self.znear_m,
+                    direction: through.normalize(),
+                    flux: 1.0 / f64::from(samples),
+                    nesting: self.nesting,
+                    target: None,
+                    range_m: f64::INFINITY,
+                    lanes: lamp.spectrum.lanes(w),
+                });
+            }
+            rays += tracer.tally.counts.rays;
+            for (sum, value) in xyz.iter_mut().zip(tracer.sink.xyz) {
+                *sum += value;
+            }
+        }
+        (xyz.map(|v| v as f32), rays)
+    }
+}

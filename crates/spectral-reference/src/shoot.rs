@@ -1,0 +1,177 @@
+//! Sends paths from all lights at all refractors, on all cores, with the same result whatever their number.
+//!
+//! Work is cut into blocks by index, a block into chunks by place; chunks run in parallel, then their deposits are added
+//! up in order. So sums are formed in one order only.
+
+use rayon::prelude::*;
+
+use crate::lamp::{Bundle, Lamp};
+use crate::ledger::Tally;
+use crate::sobol::{Sequence, mix};
+use crate::trace::{Emission, LIGHT_CUTOFF, Sink, Tracer};
+use crate::world::World;
+
+/// Independent randomisations: enough for an estimate of the error over thousands of texels, few enough to leave
+/// each a long low-discrepancy sequence.
+pub(crate) const REPLICATES: usize = 4;
+
+/// Paths per block: enough to keep neighbours close, few enough to keep their deposits.
+const BLOCK: u32 = 1 << 16;
+/// Paths per chunk.
+const CHUNK: usize = 256;
+
+/// Collects what lands.
+pub(crate) trait Film: Sync {
+    type Deposit: Send;
+    type Sink<'a>: Sink
+    where
+        Self: 'a;
+
+    /// A place for the deposits of one chunk of one lamp's light.
+    fn sink(&self, lamp: usize) -> Self::Sink<'_>;
+    fn deposits(sink: Self::Sink<'_>) -> Vec<Self::Deposit>;
+    fn add(&mut self, replicate: usize, deposits: Vec<Self::Deposit>);
+}
+
+/// Everything that stays the same from path to path.
+pub(crate) struct Shooter<'a> {
+    pub(crate) world: &'a World,
+    pub(crate) lamps: &'a [Lamp],
+    bundles: Vec<Bundle>,
+    /// Paths of each bundle per unit of effort.
+    per_unit: Vec<u32>,
+    bounces: u32,
+    seed: u64,
+}
+
+struct Block {
+    bundle: usize,
+    replicate: usize,
+    from: u32,
+    to: u32,
+}
+
+impl<'a> Shooter<'a> {
+    pub(crate) fn new(world: &'a World, lamps: &'a [Lamp], bundles: Vec<Bundle>, bounces: u32, seed: u64) -> Self {
+        let total: f64 = bundles.iter().map(|b| b.flux).sum();
+        let per_unit = match bundles.len() {
+            1 => vec![1],
+            // Whole numbers near the share of the flux, and no bundle without any.
+            count => {
+                let units = 8.0 * count as f64;
+                bundles.iter().map(|b| (b.flux / total * units).round().max(1.0) as u32).collect()
+            }
+        };
+        Self { world, lamps, bundles, per_unit, bounces, seed }
+    }
+
+    pub(crate) fn is_idle(&self) -> bool {
+        self.bundles.is_empty()
+    }
+
+    /// Wavelength paths that one unit of effort stands for, all replicates together.
+    pub(crate) fn photons_per_unit(&self) -> u64 {
+        let lanes = |b: &Bundle| self.lamps[b.lamp].spectrum.lane_count() as u64;
+        let photons: u64 = self.bundles.iter().zip(&self.per_unit).map(|(b, &p)| lanes(b) * u64::from(p)).sum();
+        photons * REPLICATES as u64
+    }
+
+    /// The most units: indices into the sequences are 32 bits.
+    pub(crate) fn max_units(&self) -> u64 {
+        u64::from(u32::MAX) / u64::from(self.per_unit.iter().copied().max().unwrap_or(1))
+    }
+
+    /// What sums must be multiplied with after so many units.
+    pub(crate) fn scale(&self, units: u64) -> f64 {
+        1.0 / (units.max(1) as f64 * REPLICATES as f64)
+    }
+
+    /// Adds the effort from one number of units up to another. `done` hears the share finished.
+    pub(crate) fn shoot<F: Film>(
+        &self,
+        film: &mut F,
+        tally: &mut Tally,
+        (from, to): (u64, u64),
+        done: &mut dyn FnMut(f64),
+    ) {
+        let blocks = self.blocks(from, to);
+        for (number, block) in blocks.iter().enumerate() {
+            let sequence = self.sequence(block);
+            let mut order: Vec<(u32, u32)> = (block.from..block.to)
+                .into_par_iter()
+                .map(|index| (morton(sequence.point(index)), index))
+                .collect();
+            order.par_sort_unstable();
+            let results: Vec<(Vec<F::Deposit>, Tally)> = {
+                let film = &*film;
+                order.par_chunks(CHUNK).map(|chunk| self.run(block, &sequence, chunk, film)).collect()
+            };
+            for (deposits, part) in results {
+                film.add(block.replicate, deposits);
+                tally.merge(&part);
+            }
+            done((number + 1) as f64 / blocks.len() as f64);
+        }
+    }
+
+    fn blocks(&self, from: u64, to: u64) -> Vec<Block> {
+        let mut blocks = Vec::new();
+        for replicate in 0..REPLICATES {
+            for (bundle, &per_unit) in self.per_unit.iter().enumerate() {
+                // Both fit by `max_units`.
+                let (first, last) = ((from * u64::from(per_unit)) as u32, (to * u64::from(per_unit)) as u32);
+                let starts = (first..last).step_by(BLOCK as usize);
+                blocks.extend(starts.map(|from| Block {
+                    bundle,
+                    replicate,
+                    from,
+                    to: last.min(from.saturating_add(BLOCK)),
+                }));
+            }
+        }
+        blocks
+    }
+
+    fn sequence(&self, block: &Block) -> Sequence {
+        Sequence::new(mix(mix(self.seed ^ ((block.bundle as u64) << 8)) ^ block.replicate as u64))
+    }
+
+    fn run<F: Film>(
+        &self,
+        block: &Block,
+        sequence: &Sequence,
+        chunk: &[(u32, u32)],
+        film: &F,
+    ) -> (Vec<F::Deposit>, Tally) {
+        let bundle = &self.bundles[block.bundle];
+        let lamp = &self.lamps[bundle.lamp];
+        let weight = 1.0 / f64::from(self.per_unit[block.bundle]);
+        let mut tracer = Tracer::new(self.world, self.bounces, LIGHT_CUTOFF, film.sink(bundle.lamp));
+        for &(_, index) in chunk {
+            let [s, t, w] = sequence.point(index);
+            let (origin, direction, flux) = bundle.path(lamp, [s, t]);
+            if flux <= 0.0 {
+                continue;
+            }
+            tracer.trace(&Emission {
+                origin,
+                direction,
+                flux: flux * weight,
+                nesting: bundle.nesting,
+                target: Some(bundle.target),
+                range_m: bundle.range_m,
+                lanes: lamp.spectrum.lanes(w),
+            });
+        }
+        (F::deposits(tracer.sink), tracer.tally)
+    }
+}
+
+/// A place on the Z curve through the unit square: paths that start together share the caches.
+fn morton([s, t]: [f64; 2]) -> u32 {
+    let spread = |x: f64| {
+        let x = (x * 65536.0) as u32;
+        (0..16).fold(0, |bits, k| bits | (x >> k & 1) << (2 * k))
+    };
+    spread(s) << 1 | spread(t)
+}
