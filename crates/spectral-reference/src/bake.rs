@@ -84,7 +84,12 @@ impl BakeSettings {
         check_size(self.size)?;
         check_setting(self.bounces <= MAX_BOUNCES, "bounces", f64::from(self.bounces), "at most 1000")?;
         check_setting((1.0..=5.0).contains(&self.step_nm), "step_nm", self.step_nm, "1 to 5")?;
-        check_setting(self.direct_samples >= 1, "direct_samples", f64::from(self.direct_samples), "at least 1")?;
+        check_setting(
+            self.direct_samples >= 1,
+            "direct_samples",
+            f64::from(self.direct_samples),
+            "at least 1",
+        )?;
         match self.effort {
             Effort::Photons(photons) => check_setting(photons >= 1, "photons", photons as f64, "at least 1"),
             Effort::Noise { relative, .. } => {
@@ -218,7 +223,9 @@ fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings, progress: &(dy
 
     let scale = shooter.scale(units);
     let finished = |flux: &Vec<[f64; 3]>| -> Vec<[f64; 3]> {
-        let texel = |(xyz, &area): (&[f64; 3], &f64)| if area > 0.0 { xyz.map(|v| v * scale / area) } else { [0.0; 3] };
+        let texel = |(xyz, &area): (&[f64; 3], &f64)| {
+            if area > 0.0 { xyz.map(|v| v * scale / area) } else { [0.0; 3] }
+        };
         flux.iter().zip(&texels.areas).map(texel).collect()
     };
     let (refracted, reflected) = (finished(&film.flux[0]), finished(&film.flux[1]));
@@ -242,7 +249,12 @@ fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings, progress: &(dy
 }
 
 /// Shadow rays: independent low-discrepancy points for each texel and replicate.
-fn direct_layer(world: &World, lamps: &[Lamp], texels: &Texels, settings: &BakeSettings) -> (Vec<[f64; 3]>, Coarse) {
+fn direct_layer(
+    world: &World,
+    lamps: &[Lamp],
+    texels: &Texels,
+    settings: &BakeSettings,
+) -> (Vec<[f64; 3]>, Coarse) {
     let per_replicate = settings.direct_samples.div_ceil(REPLICATES as u32);
     let seed = mix(settings.seed ^ 0xd1ec7);
     let ranges: Vec<&[crate::texels::Patch]> = texels.patches.chunk_by(|a, b| a.texel == b.texel).collect();

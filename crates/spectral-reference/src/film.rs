@@ -25,7 +25,8 @@ impl Coarse {
         let bins: Vec<u32> = (0..height)
             .flat_map(|j| (0..width).map(move |i| (i, j)))
             .map(|(i, j)| {
-                let scaled = |k: u32, from: u32, to: u32| (u64::from(k) * u64::from(to) / u64::from(from)) as u32;
+                let scaled =
+                    |k: u32, from: u32, to: u32| (u64::from(k) * u64::from(to) / u64::from(from)) as u32;
                 scaled(j, height, rows) * columns + scaled(i, width, columns)
             })
             .collect();

@@ -56,15 +56,20 @@ impl Lamp {
     pub(crate) fn incident(&self, point: DVec3) -> Option<Incident> {
         let (incident, range_m) = match self.shape {
             LightShape::Directional { direction } => {
-                let incident =
-                    Incident { towards: -direction.normalize(), distance_m: f64::INFINITY, lux: self.strength };
+                let incident = Incident {
+                    towards: -direction.normalize(),
+                    distance_m: f64::INFINITY,
+                    lux: self.strength,
+                };
                 return (self.strength > 0.0).then_some(incident);
             }
             LightShape::Point { position_m, range_m } => (self.near(point, position_m), range_m),
             LightShape::Spot { position_m, range_m, .. } => (self.near(point, position_m), range_m),
         };
-        (incident.lux > 0.0 && incident.lux.is_finite() && incident.distance_m <= range_m.unwrap_or(f64::INFINITY))
-            .then_some(incident)
+        (incident.lux > 0.0
+            && incident.lux.is_finite()
+            && incident.distance_m <= range_m.unwrap_or(f64::INFINITY))
+        .then_some(incident)
     }
 
     fn near(&self, point: DVec3, position_m: DVec3) -> Incident {
@@ -120,7 +125,10 @@ impl Bundle {
             .refractors()
             .map(|object| {
                 let corners = world.faces.iter().zip(&world.corners);
-                (object as u32, corners.filter(|(f, _)| f.object == object as u32).flat_map(|(_, c)| *c).collect())
+                (
+                    object as u32,
+                    corners.filter(|(f, _)| f.object == object as u32).flat_map(|(_, c)| *c).collect(),
+                )
             })
             .filter(|(_, corners): &(u32, Vec<DVec3>)| !corners.is_empty())
             .collect();
@@ -172,12 +180,7 @@ impl Bundle {
 fn beam(direction: DVec3, corners: &[DVec3], world: &World) -> (Form, f64) {
     const TURNS: u32 = 32;
     let (e1, e2) = direction.any_orthonormal_pair();
-    let before = world
-        .corners
-        .iter()
-        .flatten()
-        .map(|p| p.dot(direction))
-        .fold(f64::INFINITY, f64::min);
+    let before = world.corners.iter().flatten().map(|p| p.dot(direction)).fold(f64::INFINITY, f64::min);
     let extent = corners.iter().fold(0.0, |m: f64, p| m.max((*p - corners[0]).abs().max_element()));
     let plane = before - extent.max(world.contact_m);
     let rectangle = |turn: u32| {
@@ -196,8 +199,9 @@ fn beam(direction: DVec3, corners: &[DVec3], world: &World) -> (Form, f64) {
         let (_, _, lo, hi) = rectangle(turn);
         (hi - lo).element_product()
     };
-    let (best, area) =
-        (0..TURNS).map(|turn| (turn, area(turn))).fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
+    let (best, area) = (0..TURNS)
+        .map(|turn| (turn, area(turn)))
+        .fold((0, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
     let (u, v, lo, hi) = rectangle(best);
     let (size, corner) = (hi - lo, direction * plane + u * lo.x + v * lo.y);
     (Form::Beam { corner, u: u * size.x, v: v * size.y, direction }, area)

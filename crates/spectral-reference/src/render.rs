@@ -107,7 +107,12 @@ pub fn render(
     pool(settings.threads)?.install(|| Ok(rendered(scene, camera, settings, progress)))
 }
 
-fn rendered(scene: &Scene, camera: &Camera, settings: &RenderSettings, progress: &(dyn Fn(f64) + Sync)) -> Picture {
+fn rendered(
+    scene: &Scene,
+    camera: &Camera,
+    settings: &RenderSettings,
+    progress: &(dyn Fn(f64) + Sync),
+) -> Picture {
     progress(0.0);
     let world = World::new(scene);
     let lamps: Vec<Lamp> =

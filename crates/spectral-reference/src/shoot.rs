@@ -52,7 +52,13 @@ struct Block {
 }
 
 impl<'a> Shooter<'a> {
-    pub(crate) fn new(world: &'a World, lamps: &'a [Lamp], bundles: Vec<Bundle>, bounces: u32, seed: u64) -> Self {
+    pub(crate) fn new(
+        world: &'a World,
+        lamps: &'a [Lamp],
+        bundles: Vec<Bundle>,
+        bounces: u32,
+        seed: u64,
+    ) -> Self {
         let total: f64 = bundles.iter().map(|b| b.flux).sum();
         let per_unit = match bundles.len() {
             1 => vec![1],
@@ -72,7 +78,8 @@ impl<'a> Shooter<'a> {
     /// Wavelength paths that one unit of effort stands for, all replicates together.
     pub(crate) fn photons_per_unit(&self) -> u64 {
         let lanes = |b: &Bundle| self.lamps[b.lamp].spectrum.lane_count() as u64;
-        let photons: u64 = self.bundles.iter().zip(&self.per_unit).map(|(b, &p)| lanes(b) * u64::from(p)).sum();
+        let photons: u64 =
+            self.bundles.iter().zip(&self.per_unit).map(|(b, &p)| lanes(b) * u64::from(p)).sum();
         photons * REPLICATES as u64
     }
 

@@ -127,9 +127,8 @@ mod tests {
     fn integrals_converge_faster_than_random() {
         let error = |n: u32, seed| {
             let sequence = Sequence::new(seed);
-            let sum: f64 = (0..n)
-                .map(|i| sequence.point::<4>(i).iter().map(|x| 1.5 * x.sqrt()).product::<f64>())
-                .sum();
+            let sum: f64 =
+                (0..n).map(|i| sequence.point::<4>(i).iter().map(|x| 1.5 * x.sqrt()).product::<f64>()).sum();
             (sum / f64::from(n) - 1.0).powi(2)
         };
         let rms = |n| ((0..8).map(|seed| error(n, seed)).sum::<f64>() / 8.0).sqrt();

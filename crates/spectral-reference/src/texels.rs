@@ -201,7 +201,8 @@ mod tests {
     #[test]
     fn clipped_parts_add_up_to_the_triangle() {
         let whole = polygon_area(&TRIANGLE);
-        let parts: f64 = (0..3).flat_map(|j| (0..3).map(move |i| polygon_area(&clipped(&TRIANGLE, i, j)))).sum();
+        let parts: f64 =
+            (0..3).flat_map(|j| (0..3).map(move |i| polygon_area(&clipped(&TRIANGLE, i, j)))).sum();
         assert!((parts / whole - 1.0).abs() < 1e-14, "{parts} {whole}");
     }
 
@@ -218,7 +219,12 @@ mod tests {
         let mut mean = DVec2::ZERO;
         for a in 0..n {
             for b in 0..n {
-                let p = in_polygon(&polygon, total, (f64::from(a) + 0.5) / f64::from(n), (f64::from(b) + 0.5) / f64::from(n));
+                let p = in_polygon(
+                    &polygon,
+                    total,
+                    (f64::from(a) + 0.5) / f64::from(n),
+                    (f64::from(b) + 0.5) / f64::from(n),
+                );
                 assert!(p.cmpge(DVec2::ONE - 1e-12).all() && p.cmple(DVec2::splat(2.0 + 1e-12)).all(), "{p}");
                 mean += p / f64::from(n * n);
             }

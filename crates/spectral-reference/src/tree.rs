@@ -6,9 +6,9 @@
 
 use glam::{DVec3, Vec3A};
 use obvhs::aabb::Aabb;
+use obvhs::bvh2::Bvh2;
 use obvhs::bvh2::leaf_collapser::collapse;
 use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
-use obvhs::bvh2::Bvh2;
 use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
 
 const WIDTH: usize = 4;
@@ -176,7 +176,8 @@ impl Tree {
                 let mut enter = [-slack; WIDTH];
                 let mut leave = [limit; WIDTH];
                 for axis in 0..3 {
-                    let distances = |side: &[f64; WIDTH]| side.map(|bound| (bound - origin[axis]) * inverse[axis]);
+                    let distances =
+                        |side: &[f64; WIDTH]| side.map(|bound| (bound - origin[axis]) * inverse[axis]);
                     let [lower, upper] = &node.bounds[axis];
                     let (near, far) = if backward[axis] { (upper, lower) } else { (lower, upper) };
                     enter = larger(distances(near), enter);
@@ -185,7 +186,8 @@ impl Tree {
                 let base = stack.len();
                 for slot in 0..WIDTH {
                     if enter[slot] <= leave[slot] + slack {
-                        let entry = Entry { first: node.first[slot], count: node.count[slot], distance: enter[slot] };
+                        let entry =
+                            Entry { first: node.first[slot], count: node.count[slot], distance: enter[slot] };
                         let mut at = stack.len();
                         stack.push(entry);
                         while at > base && stack[at - 1].distance < entry.distance {

@@ -117,7 +117,9 @@ impl World {
         let mut corner_normals = Vec::new();
         let mut counts = GeometryCounts::default();
         let media: Vec<Option<Medium>> = (0..scene.objects.len())
-            .map(|i| scene.material_of(i)).map(|m| m.is_refractor().then(|| Medium::new(m))).collect();
+            .map(|i| scene.material_of(i))
+            .map(|m| m.is_refractor().then(|| Medium::new(m)))
+            .collect();
         for (object, medium) in media.iter().enumerate() {
             let mesh = scene.world_mesh(object);
             let mut kept = distinct_triangles(&mesh.positions, mesh.triangles, &mut counts);
@@ -287,7 +289,9 @@ impl World {
                 if self.media[object as usize].is_none() {
                     continue;
                 }
-                if let Some(crossing) = triangle::cross(&ray, &self.corners[triangle]).filter(|c| c.distance > 0.0) {
+                if let Some(crossing) =
+                    triangle::cross(&ray, &self.corners[triangle]).filter(|c| c.distance > 0.0)
+                {
                     let entry = first.entry(object).or_insert((f64::INFINITY, true));
                     if crossing.distance < entry.0 {
                         *entry = (crossing.distance, crossing.front);

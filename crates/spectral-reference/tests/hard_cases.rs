@@ -19,7 +19,8 @@ fn ball(n: f64) -> (Stage, usize) {
 #[test]
 fn threads_do_not_change_a_bit() {
     let (stage, floor) = ball(1.5);
-    let with = |threads| baked(&stage.0, floor, &BakeSettings { threads: Some(threads), ..settings(32, 40_000) });
+    let with =
+        |threads| baked(&stage.0, floor, &BakeSettings { threads: Some(threads), ..settings(32, 40_000) });
     let (one, three) = (with(1), with(3));
     assert_eq!(one.maps, three.maps);
     assert_eq!(one.refracted, three.refracted);
@@ -54,7 +55,8 @@ fn an_offset_of_a_thousand_sizes_does_not_matter() {
     let near = baked(&stage.0, floor, &settings(32, 100_000));
     let mut scene = stage.0.clone();
     for object in &mut scene.objects {
-        object.world_from_mesh = DMat4::from_translation(DVec3::new(300.0, -100.0, 200.0)) * object.world_from_mesh;
+        object.world_from_mesh =
+            DMat4::from_translation(DVec3::new(300.0, -100.0, 200.0)) * object.world_from_mesh;
     }
     let far = baked(&scene, floor, &settings(32, 100_000));
     assert!(relative_rms(&far.refracted, &near.refracted) < 2e-2);

@@ -64,8 +64,8 @@ fn coloured_glass_has_the_attenuation_colour_after_its_distance() {
     scene.lights[0].spectrum = LightSpectrum::default();
     let bake = baked(&scene, floor, &settings(8, 400_000));
     let expected = spectral_core::rgb::xyz_from_linear_srgb(color);
-    for c in 0..3 {
-        assert_close(mean(&bake.refracted, c), expected[c], 2e-3, &format!("channel {c}"));
+    for (c, expected) in expected.into_iter().enumerate() {
+        assert_close(mean(&bake.refracted, c), expected, 2e-3, &format!("channel {c}"));
     }
 }
 
@@ -103,7 +103,8 @@ fn spot(scene: &Scene, towards: DVec3, distance: f64) -> DVec3 {
     let mut stage = Stage(std::mem::take(&mut scene));
     let receiver = stage.add(square(), matte(), at);
     let n = 256;
-    let bake = baked(&stage.0, receiver, &spectral_reference::BakeSettings { bounces: 0, ..settings(n, 400_000) });
+    let bake =
+        baked(&stage.0, receiver, &spectral_reference::BakeSettings { bounces: 0, ..settings(n, 400_000) });
     let mut sum = DVec3::ZERO;
     let mut total = 0.0;
     for (texel, xyz) in bake.refracted.iter().enumerate() {
@@ -135,7 +136,11 @@ fn a_prism_deviates_as_theory_says() {
             let direction = DMat4::from_rotation_z(incidence).transform_vector3(-entrance);
             let expected = DMat4::from_rotation_z(-deviation).transform_vector3(direction);
             let mut stage = Stage::new();
-            stage.add(prism(), spectral_scene::Material { dispersion: dispersion.clone(), ..glass(1.0) }, DMat4::IDENTITY);
+            stage.add(
+                prism(),
+                spectral_scene::Material { dispersion: dispersion.clone(), ..glass(1.0) },
+                DMat4::IDENTITY,
+            );
             stage.sun(direction.to_array());
             stage.0.lights[0].spectrum = LightSpectrum::line(lambda_nm).unwrap();
             let (near, far) = (spot(&stage.0, expected, 4.0), spot(&stage.0, expected, 12.0));
@@ -160,8 +165,11 @@ fn a_sphere_focuses_where_theory_says() {
         stage.add(stop(aperture), matte(), DMat4::from_translation(DVec3::Y * 1.5));
         stage.sun([0.0, -1.0, 0.0]);
         let size = 128;
-        let bake =
-            baked(&stage.0, screen, &spectral_reference::BakeSettings { bounces: 0, ..settings(size, 8_000_000) });
+        let bake = baked(
+            &stage.0,
+            screen,
+            &spectral_reference::BakeSettings { bounces: 0, ..settings(size, 8_000_000) },
+        );
         let at = |k: u32| half * (2.0 * (f64::from(k) + 0.5) / f64::from(size) - 1.0);
         let (mut second, mut total) = (0.0, 0.0);
         for (texel, xyz) in bake.refracted.iter().enumerate() {
@@ -170,7 +178,12 @@ fn a_sphere_focuses_where_theory_says() {
             total += xyz[1];
         }
         let r = fresnel(1.0, n);
-        assert_close(total * (2.0 * half / f64::from(size)).powi(2), 4.0 * aperture.powi(2) * (1.0 - r).powi(2), 0.01, "flux");
+        assert_close(
+            total * (2.0 * half / f64::from(size)).powi(2),
+            4.0 * aperture.powi(2) * (1.0 - r).powi(2),
+            0.01,
+            "flux",
+        );
         (second / total).sqrt()
     };
     // The square stop's second moment: 2/3 of its half side squared.

@@ -15,11 +15,12 @@ use stage::*;
 fn golden(name: &str, layer: &str) -> Vec<[f64; 3]> {
     use exr::prelude::*;
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../tests/golden/{name}_64.exr"));
-    let image = read_first_flat_layer_from_file(path).unwrap();
+    let image = read_first_flat_layer_from_file(path).expect("the golden file is readable");
     let channel = |axis: &str| -> Vec<f32> {
         let name = format!("{layer}.{axis}");
         let channels = &image.layer_data.channel_data.list;
-        let found = channels.iter().find(|c| c.name.to_string() == name).unwrap();
+        let found =
+            channels.iter().find(|c| c.name.to_string() == name).expect("the golden file has the channel");
         found.sample_data.values_as_f32().collect()
     };
     let (x, y, z) = (channel("X"), channel("Y"), channel("Z"));
@@ -35,8 +36,13 @@ struct Bounds {
 }
 
 /// The first thing that is out of bounds.
-fn disagreement(scene: &Scene, golden_name: &str, settings: &BakeSettings, bounds: &Bounds) -> Option<String> {
-    let receiver = scene.receiver("receiver").unwrap();
+fn disagreement(
+    scene: &Scene,
+    golden_name: &str,
+    settings: &BakeSettings,
+    bounds: &Bounds,
+) -> Option<String> {
+    let receiver = scene.receiver("receiver").expect("the scene has a receiver");
     let bake = baked(scene, receiver, settings);
     for (name, layer) in [("direct", &bake.direct), ("refracted", &bake.refracted)] {
         let reference = golden(golden_name, name);
@@ -56,11 +62,16 @@ fn disagreement(scene: &Scene, golden_name: &str, settings: &BakeSettings, bound
 }
 
 fn effort(photons: u64) -> BakeSettings {
-    BakeSettings { size: [64, 64], effort: Effort::Photons(photons), direct_samples: 512, ..BakeSettings::default() }
+    BakeSettings {
+        size: [64, 64],
+        effort: Effort::Photons(photons),
+        direct_samples: 512,
+        ..BakeSettings::default()
+    }
 }
 
 fn assert_agrees(scene: &str, golden_name: &str, photons: u64, bounds: &Bounds) {
-    let scene = bundled(scene).unwrap();
+    let scene = bundled(scene).expect("the scene is bundled");
     assert_eq!(disagreement(&scene, golden_name, &effort(photons), bounds), None);
 }
 
@@ -109,7 +120,7 @@ fn every_number_of_reflections_has_its_flux() {
     for (name, lambda_nm, by_reflections, outside) in FLOOR_FLUXES {
         let mut scene = bundled(name).unwrap();
         scene.lights[0].spectrum = LightSpectrum::line(lambda_nm).unwrap();
-        let receiver = scene.receiver("receiver").unwrap();
+        let receiver = scene.receiver("receiver").expect("the scene has a receiver");
         let half = 500.0;
         scene.meshes[scene.objects[receiver].mesh] = square();
         scene.objects[receiver].world_from_mesh = placed([0.0; 3], [half; 3]);
@@ -117,7 +128,12 @@ fn every_number_of_reflections_has_its_flux() {
         let area = 4.0 * half * half;
         let refracted = bake.refracted[0][1] * area;
         let total: f64 = by_reflections.iter().sum();
-        println!("{name} {lambda_nm} {refracted} {total} {:?} {:?}  refl {} {outside}", bake.ledger.reflections_share.iter().map(|s| s*refracted).collect::<Vec<_>>(), by_reflections, bake.reflected[0][1]*area);
+        println!(
+            "{name} {lambda_nm} {refracted} {total} {:?} {:?}  refl {} {outside}",
+            bake.ledger.reflections_share.iter().map(|s| s * refracted).collect::<Vec<_>>(),
+            by_reflections,
+            bake.reflected[0][1] * area
+        );
         for (share, expected) in bake.ledger.reflections_share.iter().zip(by_reflections) {
             let off = (share * refracted - expected).abs() / total;
             assert!(off < 2e-3, "{name} at {lambda_nm} nm: {} W, expected {expected} W", share * refracted);

@@ -9,14 +9,14 @@ use spectral_reference::{Bake, BakeSettings, Effort, bake};
 use spectral_scene::{Light, LightShape, Material, Mesh, Object, Scene};
 
 /// An empty scene to add to.
-pub struct Stage(pub Scene);
+pub(crate) struct Stage(pub(crate) Scene);
 
 impl Stage {
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         Self(Scene { name: "test".into(), ..Scene::default() })
     }
 
-    pub fn add(&mut self, mesh: Mesh, material: Material, world_from_mesh: DMat4) -> usize {
+    pub(crate) fn add(&mut self, mesh: Mesh, material: Material, world_from_mesh: DMat4) -> usize {
         let name = mesh.name.clone();
         self.0.meshes.push(mesh);
         self.0.materials.push(material);
@@ -26,24 +26,25 @@ impl Stage {
     }
 
     /// A square receiver on the plane y = `y`, facing up, u along x and v along z; its index.
-    pub fn floor(&mut self, centre: [f64; 2], half: f64, y: f64) -> usize {
-        let at = DMat4::from_translation(DVec3::new(centre[0], y, centre[1])) * DMat4::from_scale(DVec3::splat(half));
+    pub(crate) fn floor(&mut self, centre: [f64; 2], half: f64, y: f64) -> usize {
+        let at = DMat4::from_translation(DVec3::new(centre[0], y, centre[1]))
+            * DMat4::from_scale(DVec3::splat(half));
         self.add(square(), matte(), at)
     }
 
     /// White equal-energy light of 1 lux.
-    pub fn sun(&mut self, direction: [f64; 3]) {
+    pub(crate) fn sun(&mut self, direction: [f64; 3]) {
         self.light(LightShape::Directional { direction: DVec3::from(direction).normalize() }, 1.0);
     }
 
-    pub fn light(&mut self, shape: LightShape, intensity: f64) {
+    pub(crate) fn light(&mut self, shape: LightShape, intensity: f64) {
         let spectrum = LightSpectrum::Illuminant(Illuminant::E);
         self.0.lights.push(Light { name: "light".into(), color: [1.0; 3], intensity, spectrum, shape });
     }
 }
 
 /// The square from -1 to 1 in x and z, facing +y.
-pub fn square() -> Mesh {
+pub(crate) fn square() -> Mesh {
     let corners = [[-1.0, -1.0], [-1.0, 1.0], [1.0, 1.0], [1.0, -1.0]];
     Mesh {
         name: "receiver".into(),
@@ -55,15 +56,16 @@ pub fn square() -> Mesh {
 }
 
 /// The cube from -1 to 1, flat.
-pub fn cube() -> Mesh {
-    let positions = (0..8).map(|k| [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { 1.0 } else { -1.0 })).collect();
+pub(crate) fn cube() -> Mesh {
+    let positions =
+        (0..8).map(|k| [0, 1, 2].map(|axis| if k >> axis & 1 == 1 { 1.0 } else { -1.0 })).collect();
     let quads = [[0, 4, 6, 2], [1, 3, 7, 5], [0, 1, 5, 4], [2, 6, 7, 3], [0, 2, 3, 1], [4, 5, 7, 6]];
     let triangles = quads.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
     Mesh { name: "cube".into(), positions, triangles, ..Mesh::default() }
 }
 
 /// The unit sphere from an octahedron whose faces are divided `n` times along each edge, smooth.
-pub fn sphere(n: u32) -> Mesh {
+pub(crate) fn sphere(n: u32) -> Mesh {
     let mut mesh = Mesh { name: "sphere".into(), ..Mesh::default() };
     for octant in 0..8 {
         let sign = [0, 1, 2].map(|axis| if octant >> axis & 1 == 1 { -1.0 } else { 1.0 });
@@ -94,7 +96,7 @@ pub fn sphere(n: u32) -> Mesh {
     mesh
 }
 
-pub fn matte() -> Material {
+pub(crate) fn matte() -> Material {
     Material {
         name: "matte".into(),
         base_color: [1.0; 3],
@@ -110,16 +112,16 @@ pub fn matte() -> Material {
     }
 }
 
-pub fn glass(n: f64) -> Material {
+pub(crate) fn glass(n: f64) -> Material {
     Material { name: "glass".into(), transmission: 1.0, dispersion: Dispersion::Constant { n }, ..matte() }
 }
 
 /// Scaled by half extents, then moved.
-pub fn placed(centre: [f64; 3], half: [f64; 3]) -> DMat4 {
+pub(crate) fn placed(centre: [f64; 3], half: [f64; 3]) -> DMat4 {
     DMat4::from_translation(DVec3::from(centre)) * DMat4::from_scale(DVec3::from(half))
 }
 
-pub fn settings(size: u32, photons: u64) -> BakeSettings {
+pub(crate) fn settings(size: u32, photons: u64) -> BakeSettings {
     BakeSettings {
         size: [size; 2],
         effort: Effort::Photons(photons),
@@ -130,8 +132,8 @@ pub fn settings(size: u32, photons: u64) -> BakeSettings {
 }
 
 /// Bakes, and checks what must hold in every bake: balanced books, finite and no negative light.
-pub fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings) -> Bake {
-    let bake = bake(scene, receiver, settings, &|_| ()).unwrap();
+pub(crate) fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings) -> Bake {
+    let bake = bake(scene, receiver, settings, &|_| ()).expect("the stage bakes");
     let imbalance = bake.ledger.imbalance();
     assert!(imbalance < 1e-9, "imbalance {imbalance}");
     for layer in [&bake.direct, &bake.refracted, &bake.reflected] {
@@ -142,24 +144,24 @@ pub fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings) -> Bake {
 }
 
 /// Mean of a channel over a layer.
-pub fn mean(layer: &[[f64; 3]], channel: usize) -> f64 {
+pub(crate) fn mean(layer: &[[f64; 3]], channel: usize) -> f64 {
     layer.iter().map(|xyz| xyz[channel]).sum::<f64>() / layer.len() as f64
 }
 
 /// Asserts that `got` is within a relative bound of `expected`.
-pub fn assert_close(got: f64, expected: f64, relative: f64, what: &str) {
+pub(crate) fn assert_close(got: f64, expected: f64, relative: f64, what: &str) {
     let error = (got - expected).abs() / expected.abs();
     assert!(error <= relative, "{what}: {got}, expected {expected}, off by {error:.2e}");
 }
 
 /// RMS of the difference of Y over RMS of Y of the second.
-pub fn relative_rms(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
+pub(crate) fn relative_rms(a: &[[f64; 3]], b: &[[f64; 3]]) -> f64 {
     let difference: f64 = a.iter().zip(b).map(|(a, b)| (a[1] - b[1]).powi(2)).sum();
     (difference / b.iter().map(|b| b[1] * b[1]).sum::<f64>()).sqrt()
 }
 
 /// Unpolarised Fresnel reflectance by the textbook, for light from vacuum.
-pub fn fresnel(cos_i: f64, n: f64) -> f64 {
+pub(crate) fn fresnel(cos_i: f64, n: f64) -> f64 {
     let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (n * n)).sqrt();
     let s = (cos_i - n * cos_t) / (cos_i + n * cos_t);
     let p = (n * cos_i - cos_t) / (n * cos_i + cos_t);
