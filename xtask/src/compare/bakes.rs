@@ -1,6 +1,7 @@
 //! One scene: the oracle's bake, every executor's with every method, and what is asserted about them.
 
 use std::io::{IsTerminal, Write};
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
@@ -23,6 +24,12 @@ pub(super) const ORACLE: &str = "oracle";
 /// Shadow rays of the oracle per texel: its bound is far above the noise that this leaves.
 const DIRECT_SAMPLES: u32 = 16;
 
+/// Photons of the bake that tells how fast the oracle is on a scene.
+const PILOT_PHOTONS: u64 = 1 << 15;
+
+/// What a scene's oracle may take, seconds.
+const ORACLE_SECONDS: f64 = 12.0;
+
 /// What one executor, or the oracle, made of a scene.
 struct Baked<'a> {
     id: &'static str,
@@ -34,6 +41,8 @@ pub(super) struct Comparison<'a> {
     pub(super) subject: &'a Subject,
     pub(super) effort: &'a Effort,
     oracle: Option<Bake>,
+    /// Photons that the oracle can afford here.
+    pub(super) oracle_photons: u64,
     pub(super) entry: SceneEntry,
     pub(super) checks: Vec<Check>,
     pub(super) controls: Vec<Control>,
@@ -49,10 +58,19 @@ pub(super) fn compare(
     report: &mut Report,
 ) {
     let entry = SceneEntry { name: subject.name.clone(), notes: Vec::new(), rows: Vec::new() };
-    let mut comparison =
-        Comparison { subject, effort, oracle: None, entry, checks: Vec::new(), controls: Vec::new() };
+    let mut comparison = Comparison {
+        subject,
+        effort,
+        oracle: None,
+        oracle_photons: PILOT_PHOTONS,
+        entry,
+        checks: Vec::new(),
+        controls: Vec::new(),
+    };
     comparison.bake_oracle();
-    comparison.compare_methods(methods, sabotage, contenders);
+    for &method in methods {
+        comparison.compare_method(method, sabotage, contenders);
+    }
     comparison.compare_pictures(methods, contenders);
     report.scenes.push(comparison.entry);
     report.checks.extend(comparison.checks);
@@ -61,15 +79,33 @@ pub(super) fn compare(
 
 impl Comparison<'_> {
     fn bake_oracle(&mut self) {
-        let settings = BakeSettings {
-            size: self.effort.map_size,
-            effort: Photons::Photons(self.effort.oracle_photons),
+        let mut settings = BakeSettings {
+            size: [64, 64],
+            effort: Photons::Photons(PILOT_PHOTONS),
             direct_samples: DIRECT_SAMPLES,
             ..BakeSettings::default()
         };
+        let (scene, receiver) = (&self.subject.scene, self.subject.receiver);
+        // The first share of work above 0 is reported when everything but the photons is done.
+        let prepared = OnceLock::new();
+        let progress = |share| {
+            if share > 0.0 {
+                prepared.get_or_init(Instant::now);
+            }
+        };
+        if let Err(error) = spectral_reference::bake(scene, receiver, &settings, &progress) {
+            return self.fail("", ORACLE, error.to_string());
+        }
+        let seconds = prepared.get().map_or(0.0, |start| start.elapsed().as_secs_f64());
+        let affordable = PILOT_PHOTONS as f64 * ORACLE_SECONDS / seconds.max(1e-3);
+        // Powers of two, so that machines of about one speed do the same work.
+        let photons = 1 << (affordable.log2() as u32);
+        self.oracle_photons = photons.clamp(PILOT_PHOTONS, self.effort.oracle_photons);
+        settings.size = self.effort.map_size;
+        settings.effort = Photons::Photons(self.oracle_photons);
         let start = Instant::now();
         let progress = percent_on_terminal("oracle");
-        match spectral_reference::bake(&self.subject.scene, self.subject.receiver, &settings, &progress) {
+        match spectral_reference::bake(scene, receiver, &settings, &progress) {
             Ok(bake) => {
                 let error = bake.standard_error;
                 self.note(format!(
@@ -84,17 +120,6 @@ impl Comparison<'_> {
                 self.oracle = Some(bake);
             }
             Err(error) => self.fail("", ORACLE, error.to_string()),
-        }
-    }
-
-    fn compare_methods(
-        &mut self,
-        methods: &[MethodName],
-        sabotage: Option<Sabotage>,
-        contenders: &mut [Contender],
-    ) {
-        for &method in methods {
-            self.compare_method(method, sabotage, contenders);
         }
     }
 
@@ -122,6 +147,12 @@ impl Comparison<'_> {
             if let Some(baked) = self.bake(&plan, contender, &name) {
                 maps.push((contender.entry.id, baked));
             }
+        }
+        // An executor alone is held against itself, and a spoiled one against what it makes of the plan as it was.
+        if let [(id, _)] = maps[..]
+            && let Some(alone) = contenders.iter_mut().find(|c| c.entry.id == id)
+        {
+            maps.extend(self.bake(&plan, alone, &name).map(|again| (id, again)));
         }
         let results: Vec<_> = maps.iter().map(|(id, maps)| Baked { id, maps }).collect();
         for (i, a) in results.iter().enumerate() {
@@ -174,7 +205,8 @@ impl Comparison<'_> {
             let (expected, bound) = (self.expected(layer), bound(layer));
             let judgement = judge(&map_a, &map_b, expected, bound);
             let name = format!("{} {method} {}: {} against {}", self.subject.name, layer.name(), a.id, b.id);
-            if judgement.metrics.is_some() {
+            // A check that fails has shown that it can.
+            if judgement.problems.is_empty() {
                 self.controls.extend(controls::with_spoiled_maps(&name, &map_a, &map_b, expected, bound));
             }
             self.checks.push(Check {
@@ -233,8 +265,7 @@ impl Comparison<'_> {
                 everyone.iter().zip(&maps).map(|(b, m)| (b.id.to_owned(), shown(m, exposure))).collect();
             for j in 1..maps.len() {
                 let (a, b) = (&maps[0], &maps[j]);
-                // Against the oracle the scale is the picture's own; executors differ by far less than that.
-                let scale = if everyone[j].id == ORACLE { 1.0 / exposure } else { largest_difference(a, b) };
+                let scale = difference_scale(a, b);
                 let caption = format!(
                     "{} - {}: red +{scale:.1e}, blue -{scale:.1e} lux",
                     everyone[0].id, everyone[j].id
@@ -288,10 +319,11 @@ pub(super) fn common_limits(contenders: &[Contender]) -> Option<Limits> {
     })
 }
 
-/// Largest difference of Y, or 1 where there is none.
-fn largest_difference(a: &Map<'_>, b: &Map<'_>) -> f64 {
-    let largest = a.xyz.iter().zip(b.xyz).map(|(a, b)| f64::from((a[1] - b[1]).abs())).fold(0.0, f64::max);
-    if largest > 0.0 { largest } else { 1.0 }
+/// Four times the RMS of the differences of Y: a few texels may be farther off, most are not. 1 where there is none.
+fn difference_scale(a: &Map<'_>, b: &Map<'_>) -> f64 {
+    let squares = a.xyz.iter().zip(b.xyz).map(|(a, b)| f64::from(a[1] - b[1]).powi(2));
+    let rms = (squares.sum::<f64>() / a.xyz.len() as f64).sqrt();
+    if rms > 0.0 { 4.0 * rms } else { 1.0 }
 }
 
 /// A callback that rewrites one line of a terminal; a pipe gets none.

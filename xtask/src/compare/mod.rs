@@ -69,7 +69,7 @@ const QUICK_SCENES: [&str; 3] = ["prism", "sphere", "gem"];
 struct Effort {
     /// Texels across and down a bake.
     map_size: [u32; 2],
-    /// Photons of the oracle, per scene.
+    /// Most photons of the oracle, per scene.
     oracle_photons: u64,
     /// Pixels across and down a camera picture.
     picture_size: [u32; 2],
@@ -103,6 +103,8 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     let subjects = subjects(args)?;
     let methods =
         if args.methods.is_empty() { MethodName::value_variants() } else { args.methods.as_slice() };
+    // Before minutes of work, not after.
+    std::fs::create_dir_all(&args.out).with_context(|| format!("cannot create {}", args.out.display()))?;
     let effort = if args.quick { Effort::QUICK } else { Effort::FULL };
     let mut contenders = contenders(&driver);
     let mut report = Report {

@@ -38,6 +38,8 @@ impl PrivateCopy {
         let parent = root.parent().context("a driver folder has a parent")?;
         fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
         let partial = root.with_extension(format!("partial-{}", std::process::id()));
+        // What an interrupted run of the same process number left.
+        let _ = fs::remove_dir_all(&partial);
         let made = fs::create_dir(&partial)
             .with_context(|| format!("cannot create {}", partial.display()))
             .and_then(|()| fetch(&partial))

@@ -136,12 +136,11 @@ impl Report {
         executors.chain(checks).chain(controls).collect()
     }
 
-    /// Write `report.json` and `report.html` into `folder`; returns the latter's path.
+    /// Write `report.json` and `report.html` into `folder`, which exists; returns the latter's path.
     ///
     /// # Errors
-    /// If the folder cannot be made or written; nothing half-written stays.
+    /// If the folder cannot be written; nothing half-written stays.
     pub(crate) fn write(&self, folder: &Path, skips_fail: bool) -> Result<PathBuf> {
-        fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
         write_whole(&folder.join("report.json"), serde_json::to_string_pretty(self)?.as_bytes())?;
         let page = folder.join("report.html");
         write_whole(&page, html::page(self, skips_fail).as_bytes())?;
