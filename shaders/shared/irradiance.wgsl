@@ -23,11 +23,14 @@ struct Irradiance {
     refracted: vec3<f32>,
 }
 
+// Share of the way to the middle of its triangle from where a point looks for what blocks its light.
+const FARTHER_IN: f32 = 1e-4;
+
 // A point as a light sees it.
 struct Lit {
     position: vec3<f32>,
     own: u32,          // its triangle, as visibility buffers count
-    to_light: Ray,     // from the position
+    to_light: Ray,     // from about the position
     distance: f32,     // along the light's ray
     clear: f32,        // how far towards the light anything could stand
 }
@@ -139,7 +142,10 @@ fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
         spread = cosine / (metres * metres);
         clear = distance;
     }
-    var lit = Lit(p, own, Ray(p, -light_ray.direction), distance, clear);
+    // In a crease rounding could put the point on the wrong side of the other surface: look from a little farther in.
+    let t = triangles[own - 1u];
+    let inner = p + FARTHER_IN * ((t.p0 + t.p1 + t.p2) / 3.0 - p);
+    var lit = Lit(p, own, Ray(inner, -light_ray.direction), distance, clear);
     var direct = vec3<f32>(0.0);
     let in_range = params.light.range == 0.0 || distance <= params.light.range;
     if in_range && !blocked_by_opaque(lit) && !blocked_by_glass(lit) {

@@ -66,13 +66,16 @@ pub struct Lookup<'a> {
     pub caustic: &'a [Vec4],
 }
 
+/// Share of the way to the middle of its triangle from where a point looks for what blocks its light.
+const FARTHER_IN: f32 = 1e-4;
+
 /// A point as a light sees it.
 #[derive(Clone, Copy)]
 struct Lit {
     position: Vec3,
     /// Its triangle, as visibility buffers count.
     own: u32,
-    /// From the position.
+    /// From about the position.
     to_light: Ray,
     /// Along the light's ray.
     distance: f32,
@@ -191,7 +194,10 @@ impl Lookup<'_> {
             spread = cosine / (metres * metres);
             clear = distance;
         }
-        let to_light = Ray { origin: p, direction: -light_ray.direction };
+        // In a crease rounding could put the point on the wrong side of the other surface: look from a little farther in.
+        let t = &self.triangles[own as usize - 1];
+        let inner = p + FARTHER_IN * ((t.p0 + t.p1 + t.p2) / 3.0 - p);
+        let to_light = Ray { origin: inner, direction: -light_ray.direction };
         let mut lit = Lit { position: p, own, to_light, distance, clear };
         let mut direct = Vec3::ZERO;
         let in_range = self.light.range == 0.0 || distance <= self.light.range;

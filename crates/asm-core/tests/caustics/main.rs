@@ -1,5 +1,7 @@
 //! Physics of the plans, run by the CPU executor.
 
+#![allow(clippy::unwrap_used, reason = "a failed unwrap is a failed test")]
+
 mod books;
 mod colour;
 mod hard_cases;

@@ -138,9 +138,9 @@ fn absorption_is_beer_lambert() {
     // 0.1 of glass is twice the distance after which `color` remains; seven wavelengths integrate its square roughly.
     let squared = Material { base_color: color.map(|c| c * c), ..opaque([1.0; 3]) };
     let xyz = spectral_core::rgb::xyz_from_linear_srgb(squared.base_color);
-    for c in 0..3 {
-        let mean = total(&maps.refracted)[c] / 256.0;
-        assert!((mean / xyz[c] - 1.0).abs() < 0.25, "{c}: {mean} {}", xyz[c]);
+    for (sum, wanted) in total(&maps.refracted).iter().zip(xyz) {
+        let mean = sum / 256.0;
+        assert!((mean / wanted - 1.0).abs() < 0.25, "{mean} {wanted}");
     }
     let ledgers = &statistics.lights[0].ledgers;
     assert!(ledgers.iter().all(|l| l.absorbed.flux > 0 && l.reflected.flux == 0 && l.kept_inside.flux == 0));
