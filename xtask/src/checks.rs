@@ -6,24 +6,28 @@
 use crate::metrics::{Map, Metrics, compare};
 use serde::Serialize;
 
-/// Largest distances that are accepted.
+/// Largest distances that are accepted; what is `None` is not asserted.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Bound {
     /// Mean CIEDE2000.
-    pub delta_e_mean: f64,
+    pub delta_e_mean: Option<f64>,
     /// Relative RMS of Y at 64 x 64.
-    pub rms_64: f64,
+    pub rms_64: Option<f64>,
     /// Distance of the ratio of total Y from 1.
-    pub total_y: f64,
+    pub total_y: Option<f64>,
 }
 
-/// Executors do the same arithmetic on the same plan, so only f32 roundings differ, and with them the texel of a
-/// photon that lands next to a border. `docs/src/comparing.md` has what was measured.
-pub const PARITY: Bound = Bound { delta_e_mean: 0.05, rms_64: 1e-3, total_y: 1e-4 };
+/// Two executors: they do the same arithmetic on the same plan, so only f32 roundings differ, and with them the texel
+/// of a photon that lands next to a border. `docs/src/comparing.md` has what was measured.
+pub const PARITY: Bound = Bound { delta_e_mean: Some(0.25), rms_64: Some(5e-3), total_y: Some(1e-3) };
 
-/// A method against the oracle: unblocked light leaves no freedom but where a silhouette's shadow ends, to a
-/// texel of the method's map.
-pub const DIRECT: Bound = Bound { delta_e_mean: 1.0, rms_64: 0.05, total_y: 0.01 };
+/// A method against the oracle, unblocked light: no freedom but where a silhouette's shadow ends, to a texel of
+/// the method's map.
+pub const DIRECT: Bound = Bound { delta_e_mean: Some(1.0), rms_64: Some(0.05), total_y: Some(0.01) };
+
+/// A method against the oracle where light crosses a surface once, or one convex body without total reflection:
+/// image space loses nothing but what is reflected inside, below a hundredth.
+pub const CONVEX: Bound = Bound { delta_e_mean: None, rms_64: None, total_y: Some(0.02) };
 
 /// What a comparison says.
 pub struct Judgement {
@@ -77,7 +81,7 @@ impl Bound {
         ]
         .into_iter()
         .filter_map(|(name, value, limit)| {
-            let value = value?;
+            let (value, limit) = (value?, limit?);
             // NaN is a violation too.
             (value.is_nan() || value > limit)
                 .then(|| format!("{name} is {value:.3e}, at most {limit:.1e} is accepted"))

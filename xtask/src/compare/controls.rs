@@ -13,7 +13,7 @@ use super::report::Control;
 enum Fault {
     /// Z is missing: seen in colour alone.
     NoZ,
-    /// Every sixteenth row is dark: seen in energy.
+    /// Every eighth row is dark: seen in energy.
     DarkRows,
     /// Moved sideways by one of 64 bins: energy and colours are right, places are not.
     Moved,
@@ -27,7 +27,7 @@ impl Fault {
     const fn words(self) -> &'static str {
         match self {
             Self::NoZ => "Z removed",
-            Self::DarkRows => "every sixteenth row dark",
+            Self::DarkRows => "every eighth row dark",
             Self::Moved => "moved by 1/64",
             Self::NotANumber => "one NaN",
             Self::Black => "black",
@@ -40,7 +40,7 @@ impl Fault {
         match self {
             Self::NoZ => xyz.iter_mut().for_each(|v| v[2] = 0.0),
             Self::DarkRows => {
-                xyz.chunks_exact_mut(width).step_by(16).for_each(|row| row.fill([0.0; 3]));
+                xyz.chunks_exact_mut(width).step_by(8).for_each(|row| row.fill([0.0; 3]));
             }
             Self::Moved => {
                 xyz.chunks_exact_mut(width).for_each(|row| row.rotate_right(width / width.min(BINS)));
@@ -56,14 +56,15 @@ impl Fault {
     /// Colour is judged only where enough is lit, and a place only shows where light varies.
     fn for_check(b: &Map<'_>, expected: Expected, bound: Option<Bound>) -> Vec<Self> {
         let mut faults = vec![Self::NotANumber, Self::Black];
-        if bound.is_some() {
+        let Some(bound) = bound else { return faults };
+        if bound.total_y.is_some() {
             faults.push(Self::DarkRows);
-            if exposure(b).is_some() {
-                faults.push(Self::NoZ);
-            }
-            if expected.varies {
-                faults.push(Self::Moved);
-            }
+        }
+        if bound.delta_e_mean.is_some() && exposure(b).is_some() {
+            faults.push(Self::NoZ);
+        }
+        if bound.rms_64.is_some() && expected.varies {
+            faults.push(Self::Moved);
         }
         faults
     }

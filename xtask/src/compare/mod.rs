@@ -79,7 +79,7 @@ struct Effort {
 
 impl Effort {
     const FULL: Self =
-        Self { map_size: [256, 256], oracle_photons: 1 << 22, picture_size: [320, 180], oracle_samples: 4 };
+        Self { map_size: [256, 256], oracle_photons: 1 << 23, picture_size: [320, 180], oracle_samples: 4 };
     const QUICK: Self =
         Self { map_size: [128, 128], oracle_photons: 1 << 20, picture_size: [160, 90], oracle_samples: 2 };
 }
