@@ -31,7 +31,7 @@ const DIRECT_SAMPLES: u32 = 16;
 const PILOT_PHOTONS: u64 = 1 << 15;
 
 /// What a scene's oracle may take, seconds.
-const ORACLE_SECONDS: f64 = 12.0;
+const ORACLE_SECONDS: f64 = 20.0;
 
 /// What one executor, or the oracle, made of a scene.
 struct Baked<'a> {

@@ -46,7 +46,7 @@ impl Comparison<'_> {
         let settings = RenderSettings {
             size: self.effort.picture_size,
             samples_per_pixel: self.effort.oracle_samples,
-            photons: self.oracle_photons / 4,
+            photons: self.oracle_photons,
             ..RenderSettings::default()
         };
         let start = Instant::now();
