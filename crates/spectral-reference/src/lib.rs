@@ -2,7 +2,41 @@
 //!
 //! It shares nothing with the render passes: own Snell and Fresnel, own intersections, own sampling. What it does
 //! share are the definitions: the [`Scene`](spectral_scene::Scene), the spectra of lights and colours, the dispersion
-//! formulas of `spectral-core`.
+//! formulas of `spectral-core`. [`bake`] gives the irradiance on one receiver, [`render`] a camera picture.
+//!
+//! # Light
+//!
+//! Every light sends paths at the bounds of every refractor: parallel beams through the smallest rectangle round its
+//! shadow, point and spot lights through a cone. A path carries wavelengths from 380 to 780 nm, stratified, where the
+//! eye sees them. What meets no glass is left to shadow rays from the receiver. A light's `range_m` cuts: beyond it,
+//! measured to the first glass or to the receiver, there is nothing.
+//!
+//! Sampling is by Owen-scrambled Sobol points in four independent replicates, whose spread is the standard error.
+//! Nothing is decided by chance on the way: at an interface the reflected and the refracted part both go on.
+//!
+//! # Glass
+//!
+//! * Both parts carry their unpolarised Fresnel share at the shading normal, the interpolated one on smooth meshes.
+//!   Flux is that of the geometric facet. A direction that leaves on the wrong side of its facet is lost, and counted.
+//! * `bounces` counts reflections inside glass in a row; light that leaves and enters again, the same body or another,
+//!   starts anew. Light that was reflected outside and then enters counts as refracted.
+//! * Inside, light is attenuated by Beer and Lambert's law with the upsampled `attenuation.color`. A surface lets pass
+//!   `transmission` times `base_color` of what is refracted, at each passage.
+//! * Where refractors overlap, the one entered last fills the overlap. Where their surfaces coincide they are in
+//!   optical contact. A glass that touches an opaque surface is left before the light lands.
+//! * An open mesh is one interface: light that has entered stays inside until it lands or meets the mesh again from
+//!   behind. [`GeometryCounts`] says what becomes of bad meshes.
+//! * Roughness, iridescence and `thickness_m` are ignored.
+//!
+//! # Opaque objects
+//!
+//! They block and absorb, on both sides, before and behind the glass. Nothing is reflected from one to another.
+//!
+//! # Accounts
+//!
+//! Each bake has a [`Ledger`]: per 10 nm, what was sent and where it went, equal to rounding.
+//!
+//! The same seed gives the same bits on any number of threads.
 
 mod bake;
 mod direct;

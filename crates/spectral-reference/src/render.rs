@@ -188,12 +188,20 @@ impl View {
         for (lamp_index, lamp) in lamps.iter().enumerate() {
             let sink = EyeSink { maps, lamp, lamp_index, pending: Pending::default(), xyz: [0.0; 3] };
             let mut tracer = Tracer::new(world, settings.bounces, EYE_CUTOFF, sink);
+            // XYZ of the wavelengths drawn for this pixel; by its ratio to the light's, white stays white.
+            let mut drawn = [0.0; 3];
             for index in 0..samples {
                 let [s, t, w] = sequence.point(index);
                 let x = 2.0 * (column + s) / f64::from(self.size[0]) - 1.0;
                 let y = 1.0 - 2.0 * (row + t) / f64::from(self.size[1]);
                 let through = DVec3::new(x * self.half[0], y * self.half[1], -1.0);
                 let through = self.world_from_camera * through;
+                let lanes = lamp.spectrum.lanes(w);
+                for lane in &lanes.lanes[..lanes.len] {
+                    for (sum, value) in drawn.iter_mut().zip(lane.xyz) {
+                        *sum += value / f64::from(samples);
+                    }
+                }
                 tracer.trace(&Emission {
                     origin: self.eye + through * self.znear_m,
                     direction: through.normalize(),
@@ -201,12 +209,14 @@ impl View {
                     nesting: self.nesting,
                     target: None,
                     range_m: f64::INFINITY,
-                    lanes: lamp.spectrum.lanes(w),
+                    lanes,
                 });
             }
             rays += tracer.tally.counts.rays;
-            for (sum, value) in xyz.iter_mut().zip(tracer.sink.xyz) {
-                *sum += value;
+            for c in 0..3 {
+                if drawn[c] > 0.0 {
+                    xyz[c] += tracer.sink.xyz[c] * lamp.unit_xyz[c] / drawn[c];
+                }
             }
         }
         (xyz.map(|v| v as f32), rays)

@@ -9,17 +9,22 @@ use crate::tree::Ray;
 pub(crate) struct Crossing {
     /// Along the ray, metres; may be negative.
     pub(crate) distance: f64,
-    /// Weights of the corners, each 0 to 1, that sum to 1.
+    /// Weights of the corners, each 0 to 1 up to [`EDGE`], that sum to 1.
     pub(crate) barycentric: DVec3,
     /// The ray comes from the side where the corners run counter-clockwise.
     pub(crate) front: bool,
 }
 
+/// How far beyond its edges a triangle is met, as a share of its size: the rounding of a triangle seen from a
+/// thousand times its size, and far below anything that shows.
+const EDGE: f64 = 1.0 / (1_u64 << 38) as f64;
+
 /// The crossing of a line with a triangle; `None` beside it, and for a line in its plane.
 ///
 /// An edge is passed on the side that the sign of the Pluecker product d . (q - p) x (q + p) tells, corners taken
 /// relative to the origin. Its rounding is exactly antisymmetric in p and q, so the two triangles at an edge never
-/// both miss a ray that passes there; a ray on the edge itself meets both.
+/// both miss a ray that passes there. Within [`EDGE`] of an edge both are met: a ray that starts on a corner has all
+/// but one product at rounding size, and must not slip out between the neighbours.
 #[inline]
 pub(crate) fn cross(ray: &Ray, corners: &[DVec3; 3]) -> Option<Crossing> {
     let d = ray.direction;
@@ -27,7 +32,9 @@ pub(crate) fn cross(ray: &Ray, corners: &[DVec3; 3]) -> Option<Crossing> {
     let u = d.dot((c - b).cross(c + b));
     let v = d.dot((a - c).cross(a + c));
     let w = d.dot((b - a).cross(b + a));
-    if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
+    let (least, most) = (u.min(v).min(w), u.max(v).max(w));
+    let slack = EDGE * most.max(-least);
+    if least < -slack && most > slack {
         return None;
     }
     let sum = u + v + w;

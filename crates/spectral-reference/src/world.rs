@@ -380,3 +380,98 @@ fn winding(triangles: &[Kept]) -> Winding {
         true => Winding::Outside,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::optics::reflect;
+    use glam::DMat4;
+    use spectral_scene::bundled;
+
+    fn scaled(name: &str, scale: f64) -> (World, u32) {
+        let mut scene = bundled(name).unwrap();
+        for object in &mut scene.objects {
+            object.world_from_mesh = DMat4::from_scale(DVec3::splat(scale)) * object.world_from_mesh;
+        }
+        let glass = scene.refractors().next().unwrap() as u32;
+        (World::new(&scene), glass)
+    }
+
+    /// Follows mirror reflections inside a closed body: every hit must be its back, forever. The first target lies on
+    /// a corner, the next on an edge, where neighbours are nearest.
+    fn billiard(world: &World, glass: u32, inside: DVec3, target: DVec3) {
+        let nesting = Nesting::default().entered(glass).unwrap();
+        let mut start = Start::free(nesting);
+        let (mut origin, mut direction) = (inside, (target - inside).normalize());
+        let mut pending = Pending::default();
+        for bounce in 0..200 {
+            let hit = world.closest(&Ray::new(origin, direction), &start, &mut pending);
+            let hit = hit.unwrap_or_else(|| panic!("escaped at bounce {bounce}"));
+            let face = &world.faces[hit.triangle as usize];
+            assert_eq!((face.object, hit.front), (glass, false), "bounce {bounce}");
+            let n = -face.normal;
+            origin = world.position(&hit);
+            direction = reflect(direction, n, -direction.dot(n));
+            start = Start { triangle: hit.triangle, kind: StartKind::Reflected, nesting };
+        }
+    }
+
+    #[test]
+    fn closed_bodies_do_not_leak_at_any_scale() {
+        for name in ["gem", "sphere"] {
+            for scale in [1e-3, 1.0, 1e4] {
+                let (world, glass) = scaled(name, scale);
+                let inside = DVec3::new(0.0011, 0.0803, -0.0007) * scale;
+                let of_glass = |t: &usize| world.faces[*t].object == glass;
+                for triangle in (0..world.faces.len()).filter(of_glass).step_by(7) {
+                    let [a, b, c] = world.corners[triangle];
+                    for target in [a, 0.5 * (a + b), 0.3 * b + 0.7 * c, (a + b + c) / 3.0] {
+                        billiard(&world, glass, inside, target);
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_point_knows_what_it_is_in() {
+        let (world, glass) = scaled("sphere", 1.0);
+        let mut pending = Pending::default();
+        assert_eq!(world.nesting_at(DVec3::new(0.0, 0.08, 0.0), &mut pending).medium(), Some(glass));
+        for outside in [DVec3::new(0.0, 0.5, 0.0), DVec3::new(-0.04, 0.02, -0.03), DVec3::new(0.0, 0.01, 0.0)]
+        {
+            assert_eq!(world.nesting_at(outside, &mut pending), Nesting::default(), "{outside}");
+        }
+    }
+
+    /// The tree finds what going through all triangles finds.
+    #[test]
+    fn the_tree_leaves_nothing_out() {
+        let (world, _) = scaled("ring", 1.0);
+        let mut pending = Pending::default();
+        let mut state = 7_u64;
+        let mut uniform = || {
+            state = crate::sobol::mix(state);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        };
+        let mut hits = 0;
+        for _ in 0..200 {
+            let origin = DVec3::new(uniform(), uniform(), uniform());
+            let target = DVec3::new(uniform(), 0.2 * uniform(), uniform()) * 0.3;
+            let ray = Ray::new(origin, (target - origin).normalize());
+            let found = world.closest(&ray, &Start::free(Nesting::default()), &mut pending);
+            let expected = world
+                .corners
+                .iter()
+                .filter_map(|c| triangle::cross(&ray, c).map(|c| c.distance))
+                .filter(|d| *d > 0.0)
+                .fold(f64::INFINITY, f64::min);
+            let distance = found.map_or(f64::INFINITY, |h| h.distance);
+            assert!(distance == expected || (distance - expected).abs() <= world.contact_m);
+            let start = Start::free(Nesting::default());
+            assert_eq!(world.blocked(&ray, &start, f64::INFINITY, &mut pending), expected.is_finite());
+            hits += u32::from(expected.is_finite());
+        }
+        assert!(hits > 50, "{hits}");
+    }
+}

@@ -53,7 +53,6 @@ fn disagreement(
             }
         }
         let rms = relative_rms(layer, &reference);
-        println!("{golden_name} {name} rms {rms} se {:?} t", bake.standard_error);
         if rms > bounds.rms {
             return Some(format!("{name} differs by RMS {rms}"));
         }
@@ -128,12 +127,6 @@ fn every_number_of_reflections_has_its_flux() {
         let area = 4.0 * half * half;
         let refracted = bake.refracted[0][1] * area;
         let total: f64 = by_reflections.iter().sum();
-        println!(
-            "{name} {lambda_nm} {refracted} {total} {:?} {:?}  refl {} {outside}",
-            bake.ledger.reflections_share.iter().map(|s| s * refracted).collect::<Vec<_>>(),
-            by_reflections,
-            bake.reflected[0][1] * area
-        );
         for (share, expected) in bake.ledger.reflections_share.iter().zip(by_reflections) {
             let off = (share * refracted - expected).abs() / total;
             assert!(off < 2e-3, "{name} at {lambda_nm} nm: {} W, expected {expected} W", share * refracted);

@@ -1,0 +1,166 @@
+//! Camera pictures against closed forms.
+
+mod stage;
+
+use std::f64::consts::PI;
+
+use glam::{DMat4, DVec3};
+use spectral_core::light::LightSpectrum;
+use spectral_core::rgb::xyz_from_linear_srgb;
+use spectral_reference::{Picture, ReferenceError, RenderSettings, render};
+use spectral_scene::{Attenuation, Camera, Material, Scene};
+use stage::*;
+
+/// A camera at (x, 3, z) that looks straight down, +x to the right and -z up, at a square of half side 0.5 on y = 0.
+fn camera(x: f64, z: f64) -> Camera {
+    let down = DMat4::from_rotation_x(-PI / 2.0);
+    Camera {
+        name: "camera".into(),
+        world_from_camera: DMat4::from_translation(DVec3::new(x, 3.0, z)) * down,
+        yfov_rad: 2.0 * (0.5_f64 / 3.0).atan(),
+        znear_m: 0.01,
+    }
+}
+
+fn request(photons: u64) -> RenderSettings {
+    RenderSettings { size: [24, 24], photons, bake_size: [32, 32], step_nm: 5.0, ..RenderSettings::default() }
+}
+
+fn pictured(scene: &Scene, settings: &RenderSettings) -> Picture {
+    let picture = render(scene, settings, &|_| ()).expect("the scene is valid");
+    assert_eq!(picture.xyz.len(), (settings.size[0] * settings.size[1]) as usize);
+    assert!(picture.xyz.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
+    picture
+}
+
+fn average(picture: &Picture, channel: usize) -> f64 {
+    picture.xyz.iter().map(|xyz| f64::from(xyz[channel])).sum::<f64>() / picture.xyz.len() as f64
+}
+
+/// L = rho E / pi, in the colour that the wall has under white light.
+#[test]
+fn a_wall_in_plain_light_has_its_luminance_and_colour() {
+    let color = [0.63, 0.2, 0.05];
+    let mut stage = Stage::new();
+    let wall = Material { base_color: color, ..matte() };
+    stage.add(square(), wall, DMat4::IDENTITY);
+    stage.sun([0.6, -0.8, 0.0]);
+    stage.0.lights[0].intensity = 500.0;
+    stage.0.lights[0].spectrum = LightSpectrum::default();
+    stage.0.cameras.push(camera(0.0, 0.0));
+    let picture = pictured(&stage.0, &request(1));
+    for (c, xyz) in xyz_from_linear_srgb(color).into_iter().enumerate() {
+        assert_close(average(&picture, c), 0.8 * 500.0 * xyz / PI, 2e-3, &format!("channel {c}"));
+    }
+}
+
+/// Row 0 is the top, column 0 the left.
+#[test]
+fn pixels_are_where_they_should_be() {
+    let mut stage = Stage::new();
+    // The quarter with x > 0 and z < 0: right and up in the picture.
+    stage.add(square(), matte(), placed([0.25, 0.0, -0.25], [0.25; 3]));
+    stage.sun([0.0, -1.0, 0.0]);
+    stage.0.cameras.push(camera(0.0, 0.0));
+    let settings = RenderSettings { size: [40, 20], ..request(1) };
+    let picture = pictured(&stage.0, &settings);
+    for (pixel, xyz) in picture.xyz.iter().enumerate() {
+        let (column, row) = (pixel % 40, pixel / 40);
+        // The height spans 1 m, the width 2 m.
+        let lit = row < 10 && (20..30).contains(&column);
+        let expected = if lit { 1.0 / PI } else { 0.0 };
+        assert!((f64::from(xyz[1]) - expected).abs() < 1e-6, "row {row} column {column}: {xyz:?}");
+    }
+}
+
+/// Straight down through still water: the floor's radiance loses the surface's reflection, the volume's absorption,
+/// and 1 / n^2 on its way into the air.
+#[test]
+fn radiance_leaves_water_by_the_n_squared_law() {
+    let (n, depth) = (1.33, 0.5);
+    let mut stage = Stage::new();
+    stage.floor([0.0, 0.0], 1.0, 0.0);
+    let attenuation = Some(Attenuation { color: [0.6; 3], distance_m: 1.0 });
+    stage.add(square(), Material { attenuation, ..glass(n) }, placed([0.0, depth, 0.0], [1.2, 1.0, 1.2]));
+    stage.sun([0.0, -1.0, 0.0]);
+    stage.0.cameras.push(camera(0.0, 0.0));
+    let picture = pictured(&stage.0, &request(400_000));
+    let once = (1.0 - fresnel(1.0, n)) * 0.6_f64.powf(depth);
+    // Across the picture the way is up to 2 % longer than straight down.
+    assert_close(average(&picture, 1), once * once / (n * n) / PI, 1e-2, "floor under water");
+}
+
+/// A ball of index 1 in front of the camera and in the light changes nothing.
+#[test]
+fn index_one_is_invisible() {
+    let scene = |balls: bool| {
+        let mut stage = Stage::new();
+        stage.floor([0.0, 0.0], 1.0, 0.0);
+        stage.sun([0.2, -1.0, 0.0]);
+        stage.0.cameras.push(camera(0.1, 0.05));
+        if balls {
+            stage.add(sphere(16), glass(1.0), placed([0.0, 0.5, 0.0], [0.2; 3]));
+            stage.add(cube(), glass(1.0), placed([0.1, 0.8, 0.05], [0.1; 3]));
+        }
+        stage.0
+    };
+    let (with, without) = (pictured(&scene(true), &request(600_000)), pictured(&scene(false), &request(1)));
+    assert_close(average(&with, 1), average(&without, 1), 3e-3, "mean luminance");
+    let inner = |p: &Picture| f64::from(p.xyz[12 * 24 + 12][1]);
+    assert_close(inner(&with), inner(&without), 0.05, "behind the glass");
+}
+
+/// A mirror image in glass: at normal incidence a plate reflects 2 R / (1 + R) in all; with no reflection inside R.
+#[test]
+fn glass_reflects_what_is_behind_the_camera() {
+    let n = 1.5;
+    let mut stage = Stage::new();
+    // A bright ceiling, lit from below, above a camera that looks down at a plate.
+    let upside_down = DMat4::from_translation(DVec3::Y * 5.0)
+        * DMat4::from_rotation_x(PI)
+        * DMat4::from_scale(DVec3::splat(9.0));
+    stage.add(square(), matte(), upside_down);
+    stage.sun([0.6, 0.8, 0.0]);
+    stage.add(cube(), glass(n), placed([0.0, 0.0, 0.0], [4.0, 0.05, 4.0]));
+    stage.0.cameras.push(camera(0.0, 0.0));
+    // Direct light alone: the plate's shadow on the ceiling would be another subject.
+    stage.0.lights[0].shape =
+        spectral_scene::LightShape::Point { position_m: DVec3::new(0.0, 2.0, 0.0), range_m: None };
+    let r = fresnel(1.0, n);
+    let seen = |bounces: u32| {
+        let picture = pictured(&stage.0, &RenderSettings { bounces, ..request(1) });
+        f64::from(picture.xyz[12 * 24 + 12][1])
+    };
+    let ceiling = {
+        let mut up = stage.0.clone();
+        up.cameras[0].world_from_camera *= DMat4::from_rotation_x(PI);
+        f64::from(pictured(&up, &request(1)).xyz[12 * 24 + 12][1])
+    };
+    assert!(ceiling > 0.0);
+    // The image lies 6 m behind: the middle pixel sees nearly the same spot of the ceiling, twice over.
+    assert_close(seen(0), ceiling * r, 0.03, "front");
+    assert_close(seen(3) - seen(0), ceiling * r * (1.0 - r).powi(2) * (1.0 + r * r), 0.03, "back");
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let mut stage = Stage::new();
+    stage.floor([0.0, 0.0], 1.0, 0.0);
+    stage.add(sphere(8), glass(1.5), placed([0.0, 0.5, 0.0], [0.2; 3]));
+    stage.sun([0.2, -1.0, 0.0]);
+    stage.0.cameras.push(camera(0.0, 0.0));
+    let with = |threads| pictured(&stage.0, &RenderSettings { threads: Some(threads), ..request(20_000) });
+    assert_eq!(with(1), with(3));
+}
+
+#[test]
+fn a_scene_without_anything_is_black_and_without_a_camera_an_error() {
+    let mut stage = Stage::new();
+    let error = render(&stage.0, &request(1), &|_| ()).unwrap_err();
+    assert!(matches!(error, ReferenceError::NoCamera), "{error}");
+    stage.0.cameras.push(camera(0.0, 0.0));
+    assert_eq!(average(&pictured(&stage.0, &request(1)), 1), 0.0);
+    let wrong = RenderSettings { samples_per_pixel: 0, ..request(1) };
+    let error = render(&stage.0, &wrong, &|_| ()).unwrap_err();
+    assert_eq!(error.to_string(), "samples_per_pixel is 0; it must be at least 1");
+}
