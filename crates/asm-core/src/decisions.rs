@@ -65,7 +65,11 @@ pub(crate) fn decisions(
                 effects.absorption.reason
             )
         };
-        decide("photon_trace", true, format!("{light}, {count} wavelengths: {why}"));
+        decide(
+            "photon_trace",
+            true,
+            format!("{light}, {count} wavelength{}: {why}", if count == 1 { "" } else { "s" }),
+        );
         decide(
             "visibility",
             setup.exits,

@@ -94,7 +94,7 @@ fn bundled_scenes_without_what_calls_for_a_pass_lose_it() {
     scene.materials.iter_mut().for_each(|m| m.attenuation = None);
     let plan = bake_of(&scene, &Settings::default());
     assert_eq!(z_groups(&plan), Some(1));
-    assert!(reasons(&plan).contains("1 wavelengths: dispersion: off, every material has dispersion 0"));
+    assert!(reasons(&plan).contains("1 wavelength: dispersion: off, every material has dispersion 0"));
     assert!(!steps(&render_of(&scene, &Settings::default())).iter().any(|s| s.contains("backs of glass")));
     // No glass: no photons, no map.
     let glass: Vec<usize> = scene.refractors().collect();
