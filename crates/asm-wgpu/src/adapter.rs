@@ -3,6 +3,7 @@
 use frame_plan::{DeviceInfo, ExecuteError};
 use pollster::block_on;
 
+use crate::conv::device_type;
 use crate::device::EXECUTOR;
 
 /// How a headless executor finds its device.
@@ -12,7 +13,7 @@ pub struct WgpuOptions {
     pub adapter: Option<String>,
 }
 
-/// All adapters of this machine: Vulkan, Metal or Direct3D 12.
+/// All adapters of this machine: Vulkan, Metal or Direct3D 12. Their subpixel bits are known once they are opened.
 #[must_use]
 pub fn adapters() -> Vec<DeviceInfo> {
     enumerate(&instance()).iter().map(|a| device_info(&a.get_info())).collect()
@@ -24,6 +25,8 @@ pub(crate) fn device_info(info: &wgpu::AdapterInfo) -> DeviceInfo {
         executor: EXECUTOR.into(),
         device: info.name.clone(),
         driver: format!("{} ({})", driver.trim(), info.backend),
+        device_type: device_type(info.device_type),
+        subpixel_bits: None,
     }
 }
 
@@ -78,7 +81,7 @@ mod tests {
     use frame_plan::DeviceInfo;
 
     fn info(device: &str, driver: &str) -> DeviceInfo {
-        DeviceInfo { executor: "wgpu".into(), device: device.into(), driver: driver.into() }
+        DeviceInfo { device: device.into(), driver: driver.into(), ..DeviceInfo::default() }
     }
 
     #[test]

@@ -1,8 +1,18 @@
 //! Formats and states of plans in wgpu's terms.
 
 use frame_plan::{
-    Binding, BindingKind, Cull, DepthTest, Load, PassInfo, PassKind, Subresource, TextureFormat,
+    Binding, BindingKind, Cull, DepthTest, DeviceType, Load, PassInfo, PassKind, Subresource, TextureFormat,
 };
+
+pub(crate) const fn device_type(device_type: wgpu::DeviceType) -> DeviceType {
+    match device_type {
+        wgpu::DeviceType::Cpu => DeviceType::Cpu,
+        wgpu::DeviceType::IntegratedGpu => DeviceType::Integrated,
+        wgpu::DeviceType::DiscreteGpu => DeviceType::Discrete,
+        wgpu::DeviceType::VirtualGpu => DeviceType::Virtual,
+        wgpu::DeviceType::Other => DeviceType::Other,
+    }
+}
 
 pub(crate) const fn texture_format(format: TextureFormat) -> wgpu::TextureFormat {
     match format {

@@ -73,7 +73,9 @@ impl Gpu {
                 _ => u64::MAX,
             },
         };
-        Self { device, queue, info: device_info(&adapter), limits, failure: Arc::default() }
+        let info =
+            DeviceInfo { subpixel_bits: subpixel_bits(&device, adapter.backend), ..device_info(&adapter) };
+        Self { device, queue, info, limits, failure: Arc::default() }
     }
 
     /// Run `work` and turn what wgpu reports meanwhile into an error, which comes before the error of `work` itself.
@@ -105,6 +107,35 @@ impl Gpu {
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| device_error(e.to_string()))?;
         self.check()
     }
+}
+
+/// Bits of a texel's fraction that the rasteriser keeps of a vertex's place.
+fn subpixel_bits(device: &wgpu::Device, backend: wgpu::Backend) -> Option<u32> {
+    match backend {
+        wgpu::Backend::Vulkan => vulkan_subpixel_bits(device),
+        // Fixed: D3D12_SUBPIXEL_FRACTIONAL_BIT_COUNT.
+        wgpu::Backend::Dx12 => Some(8),
+        _ => None,
+    }
+}
+
+/// Vulkan's limit `subPixelPrecisionBits`, which wgpu itself does not pass on.
+#[cfg(any(windows, target_os = "linux", target_os = "android", target_os = "freebsd"))]
+#[allow(unsafe_code, reason = "wgpu hands the Vulkan device out through an unsafe function only")]
+fn vulkan_subpixel_bits(device: &wgpu::Device) -> Option<u32> {
+    // SAFETY: nothing is destroyed or changed; the instance outlives `device`, whose guard is held while it is asked.
+    unsafe {
+        let device = device.as_hal::<wgpu::hal::api::Vulkan>()?;
+        let instance = device.shared_instance().raw_instance();
+        let properties = instance.get_physical_device_properties(device.raw_physical_device());
+        Some(properties.limits.sub_pixel_precision_bits)
+    }
+}
+
+/// wgpu has Vulkan elsewhere only on request.
+#[cfg(not(any(windows, target_os = "linux", target_os = "android", target_os = "freebsd")))]
+fn vulkan_subpixel_bits(_: &wgpu::Device) -> Option<u32> {
+    None
 }
 
 /// Keep the first failure: later ones follow from it.

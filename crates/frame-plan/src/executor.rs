@@ -13,6 +13,29 @@ pub struct DeviceInfo {
     pub device: String,
     /// Driver name and version.
     pub driver: String,
+    /// What it computes on.
+    #[serde(default)]
+    pub device_type: DeviceType,
+    /// Draw passes snap vertices to 2^-this of a texel; none where the device does not say.
+    #[serde(default)]
+    pub subpixel_bits: Option<u32>,
+}
+
+/// What a device is made of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum DeviceType {
+    /// The processor: our own executor, or a software driver.
+    Cpu,
+    /// A GPU that shares the processor's memory.
+    Integrated,
+    /// A GPU with memory of its own.
+    Discrete,
+    /// A GPU that a virtual machine is given.
+    Virtual,
+    /// The driver does not say.
+    #[default]
+    Other,
 }
 
 /// What a device can hold and run; plans are built inside these.

@@ -2,9 +2,8 @@
 
 use asm_core::PASSES;
 use asm_wgpu::{WgpuExecutor, WgpuOptions};
-use frame_plan::Executor;
 use frame_plan::cpu::CpuExecutor;
-use wgpu::DeviceType;
+use frame_plan::{DeviceInfo, DeviceType, Executor};
 
 use crate::args::RunArgs;
 use crate::choices::Backend;
@@ -34,25 +33,26 @@ pub(crate) fn choose(run: &RunArgs) -> Result<Chosen, CliError> {
             })?;
             Ok(Chosen { executor: Box::new(executor), reason: "asked for".into() })
         }
-        (Backend::Auto, None) => match wgpu(None) {
-            Ok(gpu) if is_software(&gpu) => {
-                let driver = &gpu.info().driver;
-                cpu(
-                    run,
-                    format!(
-                        "the best wgpu adapter is a software driver ({driver}), which the CPU executor outruns"
-                    ),
-                )
-            }
-            Ok(gpu) => Ok(Chosen { executor: Box::new(gpu), reason: "wgpu has a GPU".into() }),
-            Err(problem) => cpu(run, problem),
+        (Backend::Auto, None) => match auto(&asm_wgpu::adapters()) {
+            Err(reason) => cpu(run, reason),
+            Ok(reason) => match wgpu(None) {
+                Ok(gpu) => Ok(Chosen { executor: Box::new(gpu), reason }),
+                Err(problem) => cpu(run, problem),
+            },
         },
     }
 }
 
-/// Whether the adapter computes on the CPU.
-pub(crate) fn is_software(executor: &WgpuExecutor) -> bool {
-    executor.device().adapter_info().device_type == DeviceType::Cpu
+/// Why `auto` takes wgpu on a machine with these adapters, or why it does not.
+pub(crate) fn auto(adapters: &[DeviceInfo]) -> Result<String, String> {
+    let software = |adapter: &&DeviceInfo| adapter.device_type == DeviceType::Cpu;
+    match (adapters.iter().find(|a| !software(a)), adapters.first()) {
+        (Some(gpu), _) => Ok(format!("wgpu has a GPU, {}", gpu.device)),
+        (None, Some(DeviceInfo { driver, .. })) => {
+            Err(format!("wgpu has a software driver only ({driver}), which the CPU executor outruns"))
+        }
+        (None, None) => Err("wgpu finds no adapter".into()),
+    }
 }
 
 /// The wgpu executor on the adapter of that name, or on the best one; or why there is none.
@@ -63,4 +63,24 @@ pub(crate) fn wgpu(adapter: Option<String>) -> Result<WgpuExecutor, String> {
 fn cpu(run: &RunArgs, reason: String) -> Result<Chosen, CliError> {
     let executor = CpuExecutor::new(PASSES, run.threads).map_err(CliError::failed)?;
     Ok(Chosen { executor: Box::new(executor), reason })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn adapter(device: &str, device_type: DeviceType) -> DeviceInfo {
+        DeviceInfo { device: device.into(), device_type, ..DeviceInfo::default() }
+    }
+
+    #[test]
+    fn auto_takes_wgpu_where_any_adapter_is_no_software_driver() {
+        let software = adapter("llvmpipe", DeviceType::Cpu);
+        for gpu in [DeviceType::Integrated, DeviceType::Discrete, DeviceType::Virtual, DeviceType::Other] {
+            let reason = auto(&[software.clone(), adapter("a card", gpu)]).expect("a GPU");
+            assert!(reason.contains("a card"), "{reason}");
+        }
+        assert!(auto(&[software]).expect_err("no GPU").contains("software"));
+        assert!(auto(&[]).expect_err("no GPU").contains("no adapter"));
+    }
 }

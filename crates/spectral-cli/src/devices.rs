@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use asm_core::PASSES;
 use frame_plan::cpu::CpuExecutor;
-use frame_plan::{DeviceInfo, Executor};
+use frame_plan::{DeviceInfo, DeviceType, Executor};
 use serde::Serialize;
 
 use crate::args::DevicesArgs;
@@ -20,7 +20,9 @@ struct Entry {
     /// Name of the device, as `--adapter` takes it; empty if there is none.
     device: String,
     driver: String,
-    /// What it computes on, or why it is missing.
+    /// What it computes on; null if there is none.
+    device_type: Option<DeviceType>,
+    /// What that means, or why it is missing.
     reason: String,
 }
 
@@ -65,24 +67,31 @@ fn wgpu() -> (Vec<Entry>, &'static str) {
         return (vec![entry("wgpu", Status::Missing, &DeviceInfo::default(), reason.into())], "cpu");
     }
     let open = |info: &DeviceInfo| match backend::wgpu(Some(info.device.clone())) {
-        Ok(executor) if backend::is_software(&executor) => {
-            entry("wgpu", Status::Available, info, "software driver, runs on the CPU".into())
-        }
-        Ok(_) => entry("wgpu", Status::Available, info, "GPU".into()),
+        Ok(_) => entry("wgpu", Status::Available, info, words(info.device_type).into()),
         Err(problem) => entry("wgpu", Status::Failed, info, problem),
     };
-    let auto =
-        if backend::wgpu(None).is_ok_and(|best| !backend::is_software(&best)) { "wgpu" } else { "cpu" };
+    let auto = if backend::auto(&adapters).is_ok() { "wgpu" } else { "cpu" };
     (adapters.iter().map(open).collect(), auto)
 }
 
+const fn words(device_type: DeviceType) -> &'static str {
+    match device_type {
+        DeviceType::Cpu => "software driver, runs on the CPU",
+        DeviceType::Integrated => "integrated GPU",
+        DeviceType::Discrete => "discrete GPU",
+        DeviceType::Virtual => "virtual GPU",
+        DeviceType::Other => "GPU of a kind that its driver does not state",
+    }
+}
+
 fn entry(id: &'static str, status: Status, info: &DeviceInfo, reason: String) -> Entry {
-    Entry { id, status, device: info.device.clone(), driver: info.driver.clone(), reason }
+    let device_type = (!info.device.is_empty()).then_some(info.device_type);
+    Entry { id, status, device: info.device.clone(), driver: info.driver.clone(), device_type, reason }
 }
 
 fn table(report: &Report) -> String {
     let mut text = String::new();
-    for Entry { id, status, device, driver, reason } in &report.executors {
+    for Entry { id, status, device, driver, reason, .. } in &report.executors {
         let status = match status {
             Status::Available => "available",
             Status::Failed => "failed",

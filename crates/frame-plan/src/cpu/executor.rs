@@ -5,12 +5,12 @@ use std::time::Instant;
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-use super::raster::Scratch;
+use super::raster::{SUBPIXEL_BITS, Scratch};
 use super::step::Frame;
 use super::storage::Storage;
 use crate::{
-    BindingKind, DeviceInfo, ExecuteError, Executor, Lifetime, Limits, ParamsId, PassKind, PassSet, Plan,
-    ResourceId, ResourceKind, StepTime, memory,
+    BindingKind, DeviceInfo, DeviceType, ExecuteError, Executor, Lifetime, Limits, ParamsId, PassKind,
+    PassSet, Plan, ResourceId, ResourceKind, StepTime, memory,
 };
 
 /// Runs the CPU mirrors of a plan's passes, steps in order, each in parallel on its own thread pool.
@@ -47,6 +47,8 @@ impl CpuExecutor {
             executor: "cpu".into(),
             device: format!("{}, {} threads", processor(), pool.current_num_threads()),
             driver: concat!("frame-plan ", env!("CARGO_PKG_VERSION")).into(),
+            device_type: DeviceType::Cpu,
+            subpixel_bits: Some(SUBPIXEL_BITS),
         };
         Ok(Self { passes, pool, info, imports: HashMap::new(), prepared: None })
     }

@@ -11,8 +11,10 @@ use super::texture::{decode, encode};
 use super::{Fragment, MirrorArgs, VertexOutput};
 use crate::{Cull, DepthTest, TextureFormat};
 
-/// Subdivisions of a texel, as GPUs use.
-const SUBTEXELS: f64 = 256.0;
+/// Bits of a texel's fraction that vertices keep, as on GPUs.
+pub(super) const SUBPIXEL_BITS: u32 = 8;
+/// Subdivisions of a texel.
+const SUBTEXELS: f64 = (1 << SUBPIXEL_BITS) as f64;
 /// Triangles whose vertices run as one task.
 const TRIANGLES_PER_TASK: usize = 256;
 /// Tasks whose results are held at a time.

@@ -72,7 +72,9 @@ fn devices_always_have_the_cpu() {
         assert!(["available", "failed", "missing"].iter().any(|s| executor["status"] == *s));
         assert!(executor["reason"].as_str().is_some_and(|r| !r.is_empty()));
         assert_eq!(executor["status"] == "missing", executor["device"] == "");
+        assert_eq!(executor["status"] == "missing", executor["device_type"].is_null());
     }
+    assert_eq!(executors[0]["device_type"], "cpu");
     let auto = report["auto"].as_str().expect("auto");
     assert!(executors.iter().any(|e| e["id"] == auto && e["status"] == "available"));
     let text = spectral("devices").done().stdout;

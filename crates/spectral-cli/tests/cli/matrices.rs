@@ -55,9 +55,9 @@ fn options_reach_the_set() {
 #[test]
 fn offsets_follow_their_convention() {
     let offset = |convention: &str| {
-        json(&format!("--scheme fraunhofer --offsets {convention}"))["ior_offsets"][1]
-            .as_f64()
-            .expect("a number")
+        let set = json(&format!("--scheme fraunhofer --offsets {convention}"));
+        assert_eq!(set["offsets"], convention);
+        set["ior_offsets"][1].as_f64().expect("a number")
     };
     assert_eq!(offset("specgen"), 0.0);
     let at = |um: f64| 1.0 / (um * um);

@@ -26,6 +26,7 @@ pub(super) fn write(content: &Content<'_>) -> String {
         ("weights_xyz", weights_xyz),
         ("weights_rgb", weights_rgb),
         ("matrices", k),
+        ("offsets", format!("\"{}\"", content.offsets)),
         ("ior_offsets", offsets),
         ("sum_residual", number(f64::from(matrices.sum_residual()))),
         ("edge_delta_e", format!("{{{edge}}}")),

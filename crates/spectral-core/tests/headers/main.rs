@@ -145,6 +145,7 @@ fn json_has_the_members_that_are_relied_on() {
         "weights_xyz",
         "weights_rgb",
         "matrices",
+        "offsets",
         "ior_offsets",
         "sum_residual",
         "edge_delta_e",
