@@ -4,7 +4,8 @@
 //! names its passes; a [`PassSet`] says what each name means: a WGSL module for GPU executors and a
 //! plain Rust function, the CPU mirror, for [`cpu::CpuExecutor`]. This crate knows no scene and no method.
 //!
-//! Features: `reflect` adds the module of that name, which compares passes with their WGSL through naga; for tests.
+//! Features: `reflect` adds the module of that name, which compares passes with their WGSL through naga, for tests;
+//! `spirv` adds the compiler to [`spirv`], for build scripts.
 
 pub mod cpu;
 mod executor;
@@ -14,6 +15,7 @@ mod plan;
 #[cfg(feature = "reflect")]
 pub mod reflect;
 mod resource;
+pub mod spirv;
 mod validate;
 
 pub use executor::*;
