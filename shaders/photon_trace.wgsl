@@ -16,14 +16,17 @@ struct PhotonTrace {
     exit_iterations: u32,
     landing_iterations: u32,
     landing_update: u32,      // LANDING_*
-    splat_taps: u32,          // texels to each side of the landing's; 0 is a point
-    splat_sigma: f32,         // standard deviation, texels
-    exit_start: f32,          // a distance inside glass to try where the entry's texel shows no back face
+    splat_taps: u32,          // texels to each side of the landing's, 0 is a point; the most where splats follow the spacing
+    splat_sigma: f32,         // standard deviation, texels; the least where splats follow the spacing
+    exit_reach: f32,          // no way through glass is longer
     landing_center: vec3<f32>, // of the receivers' bounds
     range: f32,               // light beyond this distance is dark; 0 has no end
     spot_axis: vec3<f32>,
     spot_scale: f32,          // squared clamp(cosine * scale + offset) is the cone's falloff
     spot_offset: f32,
+    splat_share: f32,         // standard deviation over the distance to the next photon; 0 keeps splat_sigma
+    splat_spacing: vec2<f32>, // between photons that nothing bends, texels
+    guard_texels: f32,        // photons that arrive up to so many texels beside a surface are put down too
     reserved0: u32,
     reserved1: u32,
     reserved2: u32,
@@ -63,6 +66,15 @@ struct Photon {
     kept_inside: u32,
     absorbed: u32,
     astray: bool,
+    beside: bool,
+}
+
+// What a photon leaves in the map, and where.
+struct Traced {
+    photon: Photon,
+    deposits: bool,
+    at: Located,
+    deposit: vec3<u32>, // XYZ
 }
 
 struct Exit {
@@ -71,11 +83,14 @@ struct Exit {
     hit: PlaneHit,
 }
 
-// The nearest back face of `object` along a ray that has entered it: the plane of the back face under the last guess,
-// again and again. A guess inside its triangle is the answer; else the nearest plane, which is right for convex bodies.
+// The back face of `object` where a ray that has entered it leaves again. The plane of the back face under a guess is the
+// next guess, as long as it lies between where the ray was seen inside and where outside; else their middle. A guess
+// inside its triangle is the answer; else the nearest plane, which is right for convex bodies.
 fn find_exit(view: View, ray: Ray, object: u32) -> Exit {
     var best = Exit(false, 0u, PlaneHit(false, 0.0, 0.0, 0.0, 0.0));
-    var last = NOTHING;
+    var last = NOTHING; // whose plane the guess is on
+    var inner = 0.0;
+    var outer = params.exit_reach;
     var distance = 0.0;
     for (var i = 0u; i < params.exit_iterations; i++) {
         let at = view_project(view, ray.origin + distance * ray.direction).texel;
@@ -84,15 +99,15 @@ fn find_exit(view: View, ray: Ray, object: u32) -> Exit {
         if visible != NOTHING && visible == last {
             break;
         }
-        last = visible;
-        var usable = false;
+        var ahead = -1.0;
+        var behind_plane = false;
         if visible != NOTHING && triangles[visible - 1u].object == object {
             let hit = plane_hit(triangles[visible - 1u], ray);
-            usable = hit.crosses && hit.facing > 0.0 && hit.distance > 0.0;
-            if usable {
-                distance = hit.distance;
+            behind_plane = hit.facing * (distance - hit.distance) < 0.0;
+            if hit.crosses && hit.facing > 0.0 && hit.distance > 0.0 {
+                ahead = hit.distance;
                 let contained = inside(hit);
-                if contained || !best.found || distance < best.hit.distance {
+                if contained || !best.found || ahead < best.hit.distance {
                     best = Exit(true, visible - 1u, hit);
                 }
                 if contained {
@@ -100,9 +115,14 @@ fn find_exit(view: View, ray: Ray, object: u32) -> Exit {
                 }
             }
         }
-        if !usable {
-            distance = select(0.5 * distance, params.exit_start, i == 0u);
+        if behind_plane {
+            inner = distance;
+        } else if distance > 0.0 {
+            outer = distance;
         }
+        let between = ahead > inner && ahead < outer;
+        last = select(NOTHING, visible, between);
+        distance = select(0.5 * (inner + outer), ahead, between);
     }
     return best;
 }
@@ -112,6 +132,7 @@ struct Landing {
     at: Located,
     distance: f32,
     astray: bool,
+    beside: bool, // END_OUTSIDE_MAP, but to be put down
 }
 
 // What the map's view shows where it sees a point; where that is nothing, what it shows of the receivers' middle.
@@ -122,6 +143,25 @@ fn landing_triangle(at: Located) -> u32 {
     }
     let middle = locate_clamped(params.landing_view, params.landing_faces, params.landing_center);
     return textureLoad(landing_visibility, vec2<i32>(middle.texel), i32(middle.face), 0).r;
+}
+
+// A place that no surface covers in the view lies where a surface nearby would go on: what arrives there blurs into the
+// surface as much as what arrives on it blurs out.
+fn beside_surface(at: Located, ray: Ray, distance: f32) -> bool {
+    let size = vec2<f32>(views[at.view].size);
+    for (var i = 0u; i < 8u; i++) {
+        let side = i + i / 4u; // the eight places round the middle of 3 x 3
+        let offset = params.guard_texels * vec2<f32>(f32(side % 3u) - 1.0, f32(side / 3u) - 1.0);
+        let texel = clamp(at.texel + offset, vec2<f32>(0.0), size - 1.0);
+        let visible = textureLoad(landing_visibility, vec2<i32>(texel), i32(at.face), 0).r;
+        if visible != NOTHING {
+            let hit = plane_hit(triangles[visible - 1u], ray);
+            if hit.crosses && abs(hit.distance - distance) <= 0.01 * distance + SAME_SURFACE {
+                return true;
+            }
+        }
+    }
+    return false;
 }
 
 // Shah's rayGeo: project the guess into the light's view, see what surface is there, guess again.
@@ -157,21 +197,23 @@ fn find_landing(ray: Ray) -> Landing {
     let point = ray.origin + distance * ray.direction;
     let at = locate(params.landing_view, params.landing_faces, point);
     if !at.found {
-        return Landing(END_OUTSIDE_MAP, at, distance, false);
+        return Landing(END_OUTSIDE_MAP, at, distance, false, false);
     }
     let visible = textureLoad(landing_visibility, vec2<i32>(at.texel), i32(at.face), 0).r;
     if visible == NOTHING {
-        return Landing(END_OUTSIDE_MAP, at, distance, false);
+        let beside = params.guard_texels > 0.0 && beside_surface(at, ray, distance);
+        return Landing(END_OUTSIDE_MAP, at, distance, false, beside);
     }
     let hit = plane_hit(triangles[visible - 1u], ray);
     if !hit.crosses || hit.distance < -SAME_SURFACE {
-        return Landing(END_ESCAPED, at, distance, false);
+        return Landing(END_ESCAPED, at, distance, false, false);
     }
     let light_hit = plane_hit(triangles[visible - 1u], view_ray_through(views[at.view], point));
     if hit.facing * light_hit.facing <= 0.0 {
-        return Landing(END_OUTSIDE_MAP, at, distance, false);
+        return Landing(END_OUTSIDE_MAP, at, distance, false, false);
     }
-    return Landing(END_LANDED, at, distance, abs(hit.distance - distance) > 0.01 * distance + SAME_SURFACE);
+    let astray = abs(hit.distance - distance) > 0.01 * distance + SAME_SURFACE;
+    return Landing(END_LANDED, at, distance, astray, false);
 }
 
 fn spot_falloff(direction: vec3<f32>) -> f32 {
@@ -212,26 +254,31 @@ fn absorb(photon: Photon, passes: f32) -> Photon {
     return after;
 }
 
-fn trace(texel: vec2<u32>, band: u32) -> Photon {
+// A photon that leaves nothing.
+fn traced(photon: Photon) -> Traced {
+    return Traced(photon, false, Located(false, 0u, 0u, vec2<f32>(0.0)), vec3<u32>(0u));
+}
+
+fn trace(texel: vec2<u32>, band: u32) -> Traced {
     let view = views[params.emission_view];
     let light_ray = view_ray(view, vec2<f32>(texel) + 0.5);
     let aimed = u32(QUANTUM * view_texel_measure(view, texel) * spot_falloff(light_ray.direction) + 0.5);
-    var photon = Photon(END_MISSED, aimed, aimed, 0u, 0u, 0u, false);
+    var photon = Photon(END_MISSED, aimed, aimed, 0u, 0u, 0u, false, false);
 
     let visible = textureLoad(entry_visibility, vec2<i32>(texel), 0).r;
     if visible == NOTHING {
-        return photon;
+        return traced(photon);
     }
     let front = triangles[visible - 1u];
     if (front.flags & TRIANGLE_REFRACTS) == 0u {
         if textureLoad(exit_visibility, vec2<i32>(texel), 0).r != NOTHING {
             photon.end = END_BLOCKED;
         }
-        return photon;
+        return traced(photon);
     }
     let hit = plane_hit(front, light_ray);
     if !hit.crosses || (params.range > 0.0 && hit.distance > params.range) {
-        return photon;
+        return traced(photon);
     }
 
     let medium = optics[(params.first_band + band) * params.materials + front.material];
@@ -240,7 +287,7 @@ fn trace(texel: vec2<u32>, band: u32) -> Photon {
     let first = cross_surface(light_ray.direction, entry_normal, front, select(1.0 / medium.index, medium.index, entering));
     if first.end != END_LANDED {
         photon.end = first.end;
-        return photon;
+        return traced(photon);
     }
     photon.flux = flux_part(aimed, part_from(1.0 - first.reflectance));
     photon.reflected = aimed - photon.flux;
@@ -253,7 +300,7 @@ fn trace(texel: vec2<u32>, band: u32) -> Photon {
         let exit = find_exit(view, ray, front.object);
         if !exit.found && !open {
             photon.end = END_NO_EXIT;
-            return photon;
+            return traced(photon);
         }
         if exit.found {
             in_glass = false;
@@ -262,7 +309,7 @@ fn trace(texel: vec2<u32>, band: u32) -> Photon {
             let second = cross_surface(ray.direction, -interpolated_normal(back, exit.hit), back, 1.0 / medium.index);
             if second.end != END_LANDED {
                 photon.end = second.end;
-                return photon;
+                return traced(photon);
             }
             let left = flux_part(photon.flux, part_from(1.0 - second.reflectance));
             photon.kept_inside = photon.flux - left;
@@ -274,10 +321,11 @@ fn trace(texel: vec2<u32>, band: u32) -> Photon {
 
     let landing = find_landing(ray);
     photon.end = landing.end;
-    if landing.end != END_LANDED {
-        return photon;
+    if landing.end != END_LANDED && !landing.beside {
+        return traced(photon);
     }
     photon.astray = landing.astray;
+    photon.beside = landing.beside;
     if in_glass && open {
         photon = absorb(photon, exp(-medium.absorption * landing.distance));
     }
@@ -287,15 +335,48 @@ fn trace(texel: vec2<u32>, band: u32) -> Photon {
         flux_part(photon.flux, weight.y),
         flux_part(photon.flux, weight.z),
     );
-    splat(landing.at, deposit, params.splat_taps, params.splat_sigma);
-    return photon;
+    return Traced(photon, true, landing.at, deposit);
 }
 
+const TILE: u32 = 8u;     // photons along each side of a workgroup
 const PHOTONS: u32 = 64u; // per workgroup
+
+// Two landings farther apart than this, texels, do not belong to one beam.
+const FARTHEST_NEIGHBOUR: f32 = 16.0;
+
+// Standard deviations that a splat reaches at least, but for this part of a texel.
+const REACH_SIGMAS: f32 = 2.5;
+const REACH_ROUNDING: f32 = 0.25;
 
 var<workgroup> ends: array<u32, PHOTONS>;              // END_*, LEDGER_ROWS beside the grid
 var<workgroup> fluxes: array<vec4<u32>, PHOTONS>;      // aimed, reflected, kept inside, absorbed
-var<workgroup> remaining: array<vec2<u32>, PHOTONS>;   // left at the end, astray
+var<workgroup> remaining: array<vec3<u32>, PHOTONS>;   // left at the end, astray, beside
+var<workgroup> places: array<vec3<f32>, PHOTONS>;      // texel of the map; its face, below 0 where nothing was left
+
+// Step from `own` to a neighbour's landing; longer than any that counts where the two do not belong to one beam.
+fn step_to(own: vec3<f32>, other: u32, exists: bool) -> vec2<f32> {
+    if !exists || places[other].z != own.z {
+        return vec2<f32>(2.0 * FARTHEST_NEIGHBOUR);
+    }
+    return places[other].xy - own.xy;
+}
+
+// The shorter of the steps to the two neighbours along x or y, or `alone`.
+fn step_to_neighbour(own: vec3<f32>, index: u32, place: u32, stride: u32, alone: vec2<f32>) -> vec2<f32> {
+    let before = step_to(own, max(place, stride) - stride, index > 0u);
+    let after = step_to(own, min(place + stride, PHOTONS - 1u), index + 1u < TILE);
+    let shorter = select(before, after, dot(after, after) < dot(before, before));
+    return select(alone, shorter, dot(shorter, shorter) < FARTHEST_NEIGHBOUR * FARTHEST_NEIGHBOUR);
+}
+
+// Standard deviation of a photon's splat along x and y: as wide as its beam, told from where its neighbours land.
+fn splat_sigma(place: u32) -> vec2<f32> {
+    let own = places[place];
+    let a = step_to_neighbour(own, place % TILE, place, 1u, vec2<f32>(params.splat_spacing.x, 0.0));
+    let b = step_to_neighbour(own, place / TILE, place, TILE, vec2<f32>(0.0, params.splat_spacing.y));
+    let most = (f32(params.splat_taps) + REACH_ROUNDING) / REACH_SIGMAS;
+    return clamp(params.splat_share * sqrt(a * a + b * b), vec2<f32>(params.splat_sigma), vec2<f32>(most));
+}
 
 fn entry_of_row(row: u32, i: u32) -> vec2<u32> { // flux, photons
     let end = ends[i];
@@ -322,6 +403,9 @@ fn entry_of_row(row: u32, i: u32) -> vec2<u32> { // flux, photons
         case LEDGER_ASTRAY: {
             return vec2<u32>(remaining[i].x, 1u) * remaining[i].y;
         }
+        case LEDGER_BESIDE: {
+            return vec2<u32>(remaining[i].x, 1u) * remaining[i].z;
+        }
         default: {
             return select(vec2<u32>(0u), vec2<u32>(remaining[i].x, 1u), end == row - LEDGER_FIRST_END);
         }
@@ -331,14 +415,29 @@ fn entry_of_row(row: u32, i: u32) -> vec2<u32> { // flux, photons
 @compute @workgroup_size(8, 8, 1)
 fn photon_trace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     ends[local] = LEDGER_ROWS;
+    places[local] = vec3<f32>(0.0, 0.0, -1.0);
+    var left = traced(Photon(END_MISSED, 0u, 0u, 0u, 0u, 0u, false, false));
     let size = views[params.emission_view].size;
     if id.x < size.x && id.y < size.y {
-        let photon = trace(id.xy, id.z);
+        left = trace(id.xy, id.z);
+        let photon = left.photon;
         ends[local] = photon.end;
         fluxes[local] = vec4<u32>(photon.aimed, photon.reflected, photon.kept_inside, photon.absorbed);
-        remaining[local] = vec2<u32>(photon.flux, u32(photon.astray));
+        remaining[local] = vec3<u32>(photon.flux, u32(photon.astray), u32(photon.beside));
+        if left.deposits {
+            places[local] = vec3<f32>(left.at.texel, f32(left.at.face));
+        }
     }
     workgroupBarrier();
+    if left.deposits {
+        var sigma = vec2<f32>(params.splat_sigma);
+        var reach = vec2<u32>(params.splat_taps);
+        if params.splat_share != 0.0 {
+            sigma = splat_sigma(local);
+            reach = vec2<u32>(ceil(REACH_SIGMAS * sigma - REACH_ROUNDING));
+        }
+        splat(left.at, left.deposit, reach, sigma);
+    }
     if local >= LEDGER_ROWS {
         return;
     }

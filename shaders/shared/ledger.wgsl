@@ -9,8 +9,9 @@ const LEDGER_REFLECTED: u32 = 2u;     // at the entry, Fresnel
 const LEDGER_KEPT_INSIDE: u32 = 3u;   // at the exit, Fresnel: internal reflections are not followed
 const LEDGER_ABSORBED: u32 = 4u;
 const LEDGER_ASTRAY: u32 = 5u;        // part of landed: put down away from the surface, image space had not converged
-const LEDGER_FIRST_END: u32 = 6u;     // the ends follow, in the order of END_*
-const LEDGER_ROWS: u32 = 14u;
+const LEDGER_BESIDE: u32 = 6u;        // part of outside map: put down so near to a surface that splats reach it
+const LEDGER_FIRST_END: u32 = 7u;     // the ends follow, in the order of END_*
+const LEDGER_ROWS: u32 = 15u;
 const LEDGER_WORDS: u32 = 3u;         // low and high word of the flux, number of photons
 
 // How a texel's flux at one wavelength ends.

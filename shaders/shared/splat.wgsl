@@ -15,49 +15,50 @@ fn map_add(index: u32, value: u32) {
 
 const MAX_TAPS: u32 = 17u; // along one axis: reach is at most 8
 
-// Adds `deposit` to the map round `at`, over `reach` texels to each side; 0 is a point. The taps of a Gaussian of standard
-// deviation `sigma` texels are differences of rounded cumulative shares, so they sum to the deposit. Taps beyond the map's
-// edge fall on its last texel.
-fn splat(at: Located, deposit: vec3<u32>, reach: u32, sigma: f32) {
+var<private> shares_x: array<u32, MAX_TAPS>;
+var<private> shares_y: array<u32, MAX_TAPS>;
+
+fn tap(i: u32, reach: u32, sigma: f32, inside: f32) -> f32 {
+    let d = f32(i) - f32(reach) - inside;
+    return exp(-0.5 / (sigma * sigma) * d * d);
+}
+
+// Adds `deposit` to the map round `at`, over `reach` texels to each side in x and y; 0 is a point. The taps of a Gaussian
+// of standard deviation `sigma` texels are differences of rounded cumulative shares, so they sum to the deposit. Taps
+// beyond the map's edge fall on its last texel.
+fn splat(at: Located, deposit: vec3<u32>, reach: vec2<u32>, sigma: vec2<f32>) {
     let size = vec2<i32>(views[at.view].size);
     let center = vec2<i32>(at.texel);
     let face = i32(at.face) * size.x * size.y;
-    if reach == 0u {
-        let index = u32(face + center.y * size.x + center.x);
-        for (var c = 0u; c < 3u; c++) {
-            map_add(3u * index + c, deposit[c]);
-        }
-        return;
-    }
     let taps = 2u * reach + 1u;
-    let offset = at.texel - floor(at.texel) - 0.5 + f32(reach);
-    let sharpness = -0.5 / (sigma * sigma);
-    var share_x: array<u32, MAX_TAPS>;
-    var share_y: array<u32, MAX_TAPS>;
+    let inside = at.texel - floor(at.texel) - 0.5;
     var sum = vec2<f32>(0.0);
-    for (var i = 0u; i < taps; i++) {
-        let d = vec2<f32>(f32(i)) - offset;
-        sum += exp(sharpness * d * d);
+    for (var i = 0u; i < taps.x; i++) {
+        sum.x += tap(i, reach.x, sigma.x, inside.x);
+    }
+    for (var i = 0u; i < taps.y; i++) {
+        sum.y += tap(i, reach.y, sigma.y, inside.y);
     }
     var running = vec2<f32>(0.0);
-    for (var i = 0u; i < taps; i++) {
-        let d = vec2<f32>(f32(i)) - offset;
-        running += exp(sharpness * d * d);
-        let last = i + 1u == taps;
-        share_x[i] = select(part_from(running.x / sum.x), WHOLE, last);
-        share_y[i] = select(part_from(running.y / sum.y), WHOLE, last);
+    for (var i = 0u; i < taps.x; i++) {
+        running.x += tap(i, reach.x, sigma.x, inside.x);
+        shares_x[i] = select(part_from(running.x / sum.x), WHOLE, i + 1u == taps.x);
+    }
+    for (var i = 0u; i < taps.y; i++) {
+        running.y += tap(i, reach.y, sigma.y, inside.y);
+        shares_y[i] = select(part_from(running.y / sum.y), WHOLE, i + 1u == taps.y);
     }
     for (var c = 0u; c < 3u; c++) {
         var before_y = 0u;
-        for (var j = 0u; j < taps; j++) {
-            let until_y = flux_part(deposit[c], share_y[j]);
+        for (var j = 0u; j < taps.y; j++) {
+            let until_y = flux_part(deposit[c], shares_y[j]);
             let row = until_y - before_y;
             before_y = until_y;
-            let y = clamp(center.y + i32(j) - i32(reach), 0, size.y - 1);
+            let y = clamp(center.y + i32(j) - i32(reach.y), 0, size.y - 1);
             var before_x = 0u;
-            for (var i = 0u; i < taps; i++) {
-                let until_x = flux_part(row, share_x[i]);
-                let x = clamp(center.x + i32(i) - i32(reach), 0, size.x - 1);
+            for (var i = 0u; i < taps.x; i++) {
+                let until_x = flux_part(row, shares_x[i]);
+                let x = clamp(center.x + i32(i) - i32(reach.x), 0, size.x - 1);
                 map_add(3u * u32(face + y * size.x + x) + c, until_x - before_x);
                 before_x = until_x;
             }

@@ -265,7 +265,7 @@ impl<'a> Caustics<'a> {
         let emission = self.view(setup.views.start);
         let map = self.view(landing_view);
         let glass = bounds(self.geometry.refractor_corners()).unwrap_or_default();
-        let (splat_taps, splat_sigma) = splat_shape(settings.splat, &emission, &map);
+        let splat = splat_shape(settings.splat);
         let trace = PhotonTrace {
             emission_view: setup.views.start,
             landing_view,
@@ -279,14 +279,17 @@ impl<'a> Caustics<'a> {
                 LandingUpdate::Distance => LANDING_DISTANCE,
                 LandingUpdate::Plane => LANDING_PLANE,
             },
-            splat_taps,
-            splat_sigma,
-            exit_start: 0.25 * glass.0.distance(glass.1) as f32,
+            splat_taps: splat.taps,
+            splat_sigma: splat.sigma,
+            exit_reach: glass.0.distance(glass.1) as f32,
             landing_center: setup.landing_center,
             range: setup.range,
             spot_axis: setup.spot_axis,
             spot_scale: setup.spot_scale,
             spot_offset: setup.spot_offset,
+            splat_share: splat.share,
+            splat_spacing: emission.texel_slope / map.texel_slope,
+            guard_texels: guard_texels(settings.splat, map.size.x) as f32,
             reserved0: 0,
             reserved1: 0,
             reserved2: 0,
@@ -337,16 +340,32 @@ impl<'a> Caustics<'a> {
     }
 }
 
-/// Reach and standard deviation of a splat, texels of the map.
-fn splat_shape(splat: Splat, emission: &View, map: &View) -> (u32, f32) {
+/// Splats that follow the photons' spacing: standard deviation over it, the least, and the farthest reach.
+const AUTO_SHARE: f32 = 0.6;
+const AUTO_LEAST_SIGMA: f32 = 0.5;
+const AUTO_MOST_TAPS: u32 = 8;
+
+struct SplatShape {
+    taps: u32,
+    sigma: f32,
+    share: f32,
+}
+
+fn splat_shape(splat: Splat) -> SplatShape {
     match splat {
-        Splat::Point => (0, 1.0),
-        Splat::Gaussian { radius } => (radius, 0.5 * radius as f32),
-        Splat::Auto => {
-            let spacing = (emission.texel_slope / map.texel_slope).max_element();
-            let sigma = (0.6 * spacing).clamp(0.5, 4.0);
-            ((2.0 * sigma).ceil() as u32, sigma)
-        }
+        Splat::Point => SplatShape { taps: 0, sigma: 1.0, share: 0.0 },
+        Splat::Gaussian { radius } => SplatShape { taps: radius, sigma: 0.5 * radius as f32, share: 0.0 },
+        Splat::Auto => SplatShape { taps: AUTO_MOST_TAPS, sigma: AUTO_LEAST_SIGMA, share: AUTO_SHARE },
+    }
+}
+
+/// How far beside a surface photons are put down, in texels of a map of `size`: as far as their splats reach what the bilinear
+/// lookup at the surface's edge reads, but not so far that small maps become mostly edge.
+pub(crate) fn guard_texels(splat: Splat, size: u32) -> u32 {
+    match splat {
+        Splat::Point => 0,
+        Splat::Gaussian { radius } => (radius + 1).min(size / 4),
+        Splat::Auto => (AUTO_MOST_TAPS + 1).min(size / 16),
     }
 }
 

@@ -6,12 +6,13 @@ use glam::{DVec3, UVec2, Vec3};
 use spectral_scene::{Effects, LightShape, Scene};
 
 use crate::bands::{LightBands, one_wavelength};
+use crate::caustics::guard_texels;
 use crate::geometry::{Geometry, bounds};
 use crate::shared::flux::QUANTUM;
 use crate::shared::triangle::Triangle;
 use crate::shared::view::View;
 use crate::statistics::LightBooks;
-use crate::view_fit::{Source, fit, fit_one};
+use crate::view_fit::{Grid, Source, fit, fit_one};
 use crate::{Interfaces, PlanError, Settings, WorkingSpace};
 
 /// Largest number of photons of a light: 2^30 units each, added up in 64 bits.
@@ -116,14 +117,14 @@ pub(crate) fn light_setups(
         let emission_size = UVec2::splat(settings.emission_size);
         if caustic {
             let corners = geometry.refractor_corners();
-            views.push(fit_one(source, corners, emission_size, REACH, &light.name)?);
+            views.push(fit_one(source, corners, Grid::of(emission_size, 0), REACH, &light.name)?);
         }
         let landing_from = source.nearest(geometry.refractor_corners(), REACH);
         let landing_from = if landing_from.is_finite() { landing_from } else { 0.0 };
-        let map_size = UVec2::splat(purpose.map_size);
+        let map = Grid::of(UVec2::splat(purpose.map_size), guard_texels(settings.splat, purpose.map_size));
         views.extend(match purpose.receivers {
-            Receivers::Object(object) => fit(source, geometry.object_corners(object), map_size, REACH),
-            Receivers::Opaque => fit(source, geometry.opaque_corners(), map_size, REACH),
+            Receivers::Object(object) => fit(source, geometry.object_corners(object), map, REACH),
+            Receivers::Opaque => fit(source, geometry.opaque_corners(), map, REACH),
         });
         let photons = u64::from(settings.emission_size).pow(2) * bands.wavelengths_nm.len() as u64;
         if caustic && photons > MAX_PHOTONS {

@@ -26,8 +26,8 @@ pub enum Splat {
         /// Reach to each side, texels, 1 to 8; the standard deviation is half of it.
         radius: u32,
     },
-    /// A Gaussian as wide as photons are apart where nothing focuses them: 0.6 of an emission texel, but at least half a
-    /// texel of the map and at most 4.
+    /// A Gaussian as wide as the photon's beam: its standard deviation is 0.6 of the distance to where the next photon of
+    /// the emission view lands, but at least half a texel of the map and at most 3.3.
     Auto,
 }
 

@@ -15,7 +15,7 @@ pub struct Tally {
 }
 
 /// The books of one wavelength: `aimed` = `missed` + `blocked` + `emitted`, and `emitted` is the sum of all that follows but
-/// `astray`, exactly.
+/// `astray` and `beside`, exactly.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Ledger {
     /// Through the emission view.
@@ -38,6 +38,9 @@ pub struct Ledger {
     pub astray: Tally,
     /// No texel of the map shows the place and side where it arrives.
     pub outside_map: Tally,
+    /// Part of outside map: arrives in the plane of a surface, so near to its edge that a splat reaches it, and is put down
+    /// there. It makes up for what splats on the surface lose beyond the edge.
+    pub beside: Tally,
     /// Leads away from every surface that the light sees.
     pub escaped: Tally,
     /// Total internal reflection.
@@ -67,6 +70,7 @@ impl Ledger {
             landed: end(END_LANDED),
             astray: row(LEDGER_ASTRAY),
             outside_map: end(END_OUTSIDE_MAP),
+            beside: row(LEDGER_BESIDE),
             escaped: end(END_ESCAPED),
             total_reflection: end(END_TOTAL),
             wrong_side: end(END_WRONG_SIDE),

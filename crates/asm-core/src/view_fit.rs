@@ -73,14 +73,14 @@ fn axes(forward: DVec3) -> [DVec3; 3] {
 pub(crate) fn fit(
     source: Source,
     points: impl Iterator<Item = DVec3> + Clone,
-    size: UVec2,
+    grid: Grid,
     reach: f64,
 ) -> Vec<View> {
     match source {
-        Source::Parallel(direction) => vec![fit_parallel(direction, points, size, reach)],
-        Source::Eye(eye) => match fit_frustum(eye, points, size, reach) {
+        Source::Parallel(direction) => vec![fit_parallel(direction, points, grid, reach)],
+        Source::Eye(eye) => match fit_frustum(eye, points, grid, reach) {
             Ok(view) => vec![view],
-            Err(_) => cube(eye, size, reach),
+            Err(_) => cube(eye, grid, reach),
         },
     }
 }
@@ -89,20 +89,33 @@ pub(crate) fn fit(
 pub(crate) fn fit_one(
     source: Source,
     points: impl Iterator<Item = DVec3> + Clone,
-    size: UVec2,
+    grid: Grid,
     reach: f64,
     light: &str,
 ) -> Result<View, PlanError> {
     match source {
-        Source::Parallel(direction) => Ok(fit_parallel(direction, points, size, reach)),
-        Source::Eye(eye) => fit_frustum(eye, points, size, reach).map_err(|opening_deg| {
+        Source::Parallel(direction) => Ok(fit_parallel(direction, points, grid, reach)),
+        Source::Eye(eye) => fit_frustum(eye, points, grid, reach).map_err(|opening_deg| {
             PlanError::LightTooClose { light: light.into(), opening_deg, max_deg: MAX_OPENING_DEG }
         }),
     }
 }
 
-/// Texels left free round what a view is fitted to, so that rounding cuts nothing off.
-const MARGIN_TEXELS: f64 = 0.5;
+/// A view's texels.
+#[derive(Clone, Copy)]
+pub(crate) struct Grid {
+    size: UVec2,
+    /// Texels left free round what the view is fitted to.
+    margin: f64,
+}
+
+impl Grid {
+    /// A margin of `guard` texels and about half a one more: rounding cuts nothing off, and no texel's centre lies exactly on
+    /// the edge of what is seen, where rounding would choose.
+    pub(crate) fn of(size: UVec2, guard: u32) -> Self {
+        Self { size, margin: f64::from(guard) + 0.49 }
+    }
+}
 
 /// A view's axes and planes in f64.
 struct Frame {
@@ -113,10 +126,13 @@ struct Frame {
     far: f64,
 }
 
-fn view(frame: &Frame, low: DVec2, high: DVec2, size: UVec2) -> View {
+fn view(frame: &Frame, low: DVec2, high: DVec2, grid: Grid) -> View {
+    let size = grid.size;
     let texels = size.as_dvec2();
+    // At least half of a view shows something.
+    let used = (texels - 2.0 * grid.margin).max(0.5 * texels);
     // Something to look at even where all points are in line.
-    let half = (0.5 * (high - low)).max(DVec2::splat(1e-6)) * (texels + 2.0 * MARGIN_TEXELS) / texels;
+    let half = (0.5 * (high - low)).max(DVec2::splat(1e-6)) * texels / used;
     let [right, up, forward] = frame.axes.map(|a| a.as_vec3());
     View {
         eye: frame.eye.as_vec3(),
@@ -134,7 +150,7 @@ fn view(frame: &Frame, low: DVec2, high: DVec2, size: UVec2) -> View {
     }
 }
 
-fn fit_parallel(direction: DVec3, points: impl Iterator<Item = DVec3>, size: UVec2, reach: f64) -> View {
+fn fit_parallel(direction: DVec3, points: impl Iterator<Item = DVec3>, grid: Grid, reach: f64) -> View {
     let axes = axes(direction);
     let across = points.map(|p| DVec3::new(p.dot(axes[0]), p.dot(axes[1]), 0.0));
     let (low, high) = bounds(across).unwrap_or_default();
@@ -146,14 +162,14 @@ fn fit_parallel(direction: DVec3, points: impl Iterator<Item = DVec3>, size: UVe
         near: depth - 1.1 * reach,
         far: depth + 1.1 * reach,
     };
-    view(&frame, low.truncate(), high.truncate(), size)
+    view(&frame, low.truncate(), high.truncate(), grid)
 }
 
 /// The opening in degrees as an error where it is too wide.
 fn fit_frustum(
     eye: DVec3,
     points: impl Iterator<Item = DVec3> + Clone,
-    size: UVec2,
+    grid: Grid,
     reach: f64,
 ) -> Result<View, f64> {
     let (low, high) = bounds(points.clone()).unwrap_or((eye + DVec3::NEG_Y, eye + DVec3::NEG_Y));
@@ -179,17 +195,17 @@ fn fit_frustum(
     let (low, high) = bounds(slopes).unwrap_or_default();
     let far = 1.1 * (eye.length() + reach);
     let frame = Frame { eye, axes, perspective: true, near: NEAR_SHARE * far, far };
-    Ok(view(&frame, low.truncate(), high.truncate(), size))
+    Ok(view(&frame, low.truncate(), high.truncate(), grid))
 }
 
 /// Six square frusta round an eye.
-fn cube(eye: DVec3, size: UVec2, reach: f64) -> Vec<View> {
+fn cube(eye: DVec3, grid: Grid, reach: f64) -> Vec<View> {
     let far = 1.1 * (eye.length() + reach);
     let half = DVec2::splat(1.0 + CUBE_OVERLAP);
     [DVec3::X, DVec3::NEG_X, DVec3::Y, DVec3::NEG_Y, DVec3::Z, DVec3::NEG_Z]
         .map(|forward| {
             let frame = Frame { eye, axes: axes(forward), perspective: true, near: NEAR_SHARE * far, far };
-            view(&frame, -half, half, size)
+            view(&frame, -half, half, grid)
         })
         .to_vec()
 }

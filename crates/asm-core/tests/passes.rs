@@ -51,8 +51,8 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             &PHOTON_TRACE,
             layout!(PhotonTrace as "PhotonTrace" {
                 emission_view, landing_view, landing_faces, first_band, materials, interfaces, exit_iterations,
-                landing_iterations, landing_update, splat_taps, splat_sigma, exit_start, landing_center, range, spot_axis,
-                spot_scale, spot_offset, reserved0, reserved1, reserved2,
+                landing_iterations, landing_update, splat_taps, splat_sigma, exit_reach, landing_center, range, spot_axis,
+                spot_scale, spot_offset, splat_share, splat_spacing, guard_texels, reserved0, reserved1, reserved2,
             }),
         ),
         (&PHOTON_TRACE, layout!(Band as "Band" { weight, reserved })),

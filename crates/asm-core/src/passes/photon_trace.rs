@@ -50,12 +50,12 @@ pub struct PhotonTrace {
     pub landing_iterations: u32,
     /// [`LANDING_DISTANCE`] or [`LANDING_PLANE`].
     pub landing_update: u32,
-    /// Texels to each side of the landing's; 0 is a point.
+    /// Texels to each side of the landing's, 0 is a point; where splats follow the photons' spacing, the most.
     pub splat_taps: u32,
-    /// Standard deviation, texels.
+    /// Standard deviation, texels; where splats follow the photons' spacing, the least.
     pub splat_sigma: f32,
-    /// A distance inside glass to try where the entry's texel shows no back face.
-    pub exit_start: f32,
+    /// No way through glass is longer.
+    pub exit_reach: f32,
     /// Middle of the receivers' bounds.
     pub landing_center: Vec3,
     /// Light beyond this distance is dark; 0 has no end.
@@ -66,6 +66,12 @@ pub struct PhotonTrace {
     pub spot_scale: f32,
     /// See `spot_scale`.
     pub spot_offset: f32,
+    /// Standard deviation over the distance to the next photon; 0 keeps `splat_sigma`.
+    pub splat_share: f32,
+    /// Distance between photons that nothing bends, texels.
+    pub splat_spacing: Vec2,
+    /// Photons that arrive up to so many texels beside a surface are put down too.
+    pub guard_texels: f32,
     /// Padding.
     pub reserved0: u32,
     /// Padding.
@@ -73,6 +79,16 @@ pub struct PhotonTrace {
     /// Padding.
     pub reserved2: u32,
 }
+
+/// Photons along each side of a workgroup, which know each other's landings.
+const TILE: u32 = 8;
+
+/// Two landings farther apart than this, texels, do not belong to one beam.
+const FARTHEST_NEIGHBOUR: f32 = 16.0;
+
+/// Standard deviations that a splat reaches at least, but for this part of a texel.
+const REACH_SIGMAS: f32 = 2.5;
+const REACH_ROUNDING: f32 = 0.25;
 
 /// Shah's update: the distance of the surface point below the last guess.
 pub const LANDING_DISTANCE: u32 = 0;
@@ -185,6 +201,17 @@ pub struct Photon {
     pub absorbed: u32,
     /// Put down away from the surface.
     pub astray: bool,
+    /// Put down beside the surface.
+    pub beside: bool,
+}
+
+/// What a photon leaves in the map, and where.
+#[derive(Clone, Copy)]
+pub struct Deposit {
+    /// In the map.
+    pub at: Located,
+    /// XYZ.
+    pub flux: [u32; 3],
 }
 
 #[derive(Clone, Copy)]
@@ -198,21 +225,17 @@ struct Landing {
     at: Located,
     distance: f32,
     astray: bool,
+    beside: bool,
 }
 
 /// CPU mirror: `wavelengths` photons per texel.
 pub fn photon_trace(inputs: &Inputs<'_>, wavelengths: u32, map: &[AtomicU32], ledger: &[AtomicU32]) {
     let size = inputs.views[inputs.params.emission_view as usize].size;
     for band in 0..wavelengths {
-        (0..size.y).into_par_iter().for_each(|y| {
+        (0..size.y.div_ceil(TILE)).into_par_iter().for_each(|tile_y| {
             let mut sums = [(0u64, 0u32); LEDGER_ROWS];
-            for x in 0..size.x {
-                let photon = inputs.trace(UVec2::new(x, y), band, map);
-                for (row, sum) in sums.iter_mut().enumerate() {
-                    let (flux, photons) = photon.entry_of_row(row);
-                    sum.0 += u64::from(flux);
-                    sum.1 += photons;
-                }
+            for tile_x in 0..size.x.div_ceil(TILE) {
+                inputs.trace_tile(TILE * UVec2::new(tile_x, tile_y), size, band, map, &mut sums);
             }
             for (row, (flux, photons)) in sums.into_iter().enumerate() {
                 let index = LEDGER_WORDS * (LEDGER_ROWS * (inputs.params.first_band + band) as usize + row);
@@ -220,6 +243,26 @@ pub fn photon_trace(inputs: &Inputs<'_>, wavelengths: u32, map: &[AtomicU32], le
                 ledger[index + 2].fetch_add(photons, Ordering::Relaxed);
             }
         });
+    }
+}
+
+/// The photons of a workgroup that leave something in the map, by their places in it.
+type Tile = [Option<Deposit>; (TILE * TILE) as usize];
+
+/// The shorter of the steps from `own` to its two neighbours along x or y, texels of the map; `None` where no neighbour
+/// belongs to the same beam.
+fn step_to_neighbour(tile: &Tile, own: &Located, place: u32, along_y: bool) -> Option<Vec2> {
+    let (index, stride) = if along_y { (place / TILE, TILE) } else { (place % TILE, 1) };
+    let before = (index > 0).then(|| place - stride);
+    let after = (index + 1 < TILE).then(|| place + stride);
+    let step = |other: u32| {
+        let deposit = tile[other as usize].filter(|d| d.at.face == own.face)?;
+        let step = deposit.at.texel - own.texel;
+        (step.length_squared() < FARTHEST_NEIGHBOUR * FARTHEST_NEIGHBOUR).then_some(step)
+    };
+    match (before.and_then(step), after.and_then(step)) {
+        (Some(a), Some(b)) => Some(if b.length_squared() < a.length_squared() { b } else { a }),
+        (a, b) => a.or(b),
     }
 }
 
@@ -268,6 +311,7 @@ impl Photon {
             LEDGER_KEPT_INSIDE => of(self.kept_inside),
             LEDGER_ABSORBED => of(self.absorbed),
             LEDGER_ASTRAY if self.astray => (self.flux, 1),
+            LEDGER_BESIDE if self.beside => (self.flux, 1),
             _ if row == LEDGER_FIRST_END + self.end as usize => (self.flux, 1),
             _ => (0, 0),
         }
@@ -275,28 +319,97 @@ impl Photon {
 }
 
 impl Inputs<'_> {
-    /// The nearest back face of `object` along a ray that has entered it: the plane of the back face under the last guess,
-    /// again and again. A guess inside its triangle is the answer; else the nearest plane, which is right for convex bodies.
+    /// The photons of a workgroup.
+    fn trace_tile(
+        &self,
+        first: UVec2,
+        size: UVec2,
+        band: u32,
+        map: &[AtomicU32],
+        sums: &mut [(u64, u32); LEDGER_ROWS],
+    ) {
+        let mut tile: Tile = [None; (TILE * TILE) as usize];
+        for place in 0..TILE * TILE {
+            let texel = first + UVec2::new(place % TILE, place / TILE);
+            if texel.x >= size.x || texel.y >= size.y {
+                continue;
+            }
+            let (photon, deposit) = self.trace(texel, band);
+            tile[place as usize] = deposit;
+            for (row, sum) in sums.iter_mut().enumerate() {
+                let (flux, photons) = photon.entry_of_row(row);
+                sum.0 += u64::from(flux);
+                sum.1 += photons;
+            }
+        }
+        for place in 0..TILE * TILE {
+            if let Some(deposit) = &tile[place as usize] {
+                let (reach, sigma) = self.splat_shape(&tile, &deposit.at, place);
+                splat(self.views, &deposit.at, deposit.flux, reach, sigma, map);
+            }
+        }
+    }
+
+    /// Reach and standard deviation of a photon's splat along x and y: as wide as its beam, told from where its neighbours
+    /// land.
+    fn splat_shape(&self, tile: &Tile, own: &Located, place: u32) -> (UVec2, Vec2) {
+        let params = &self.params;
+        if params.splat_share == 0.0 {
+            return (UVec2::splat(params.splat_taps), Vec2::splat(params.splat_sigma));
+        }
+        let alone = [Vec2::new(params.splat_spacing.x, 0.0), Vec2::new(0.0, params.splat_spacing.y)];
+        let [a, b] =
+            [false, true].map(|y| step_to_neighbour(tile, own, place, y).unwrap_or(alone[usize::from(y)]));
+        let width = (a * a + b * b).map(f32::sqrt);
+        let most = (params.splat_taps as f32 + REACH_ROUNDING) / REACH_SIGMAS;
+        let sigma = (params.splat_share * width).clamp(Vec2::splat(params.splat_sigma), Vec2::splat(most));
+        ((REACH_SIGMAS * sigma - REACH_ROUNDING).ceil().as_uvec2(), sigma)
+    }
+
+    /// A place that no surface covers in the view lies where a surface nearby would go on: what arrives there blurs into the
+    /// surface as much as what arrives on it blurs out.
+    fn beside_surface(&self, at: &Located, ray: Ray, distance: f32) -> bool {
+        let guard = self.params.guard_texels;
+        let size = self.views[at.view as usize].size.as_vec2();
+        for i in 0..8 {
+            let side = i + i / 4; // the eight places round the middle of 3 x 3
+            let offset = guard * Vec2::new((side % 3) as f32 - 1.0, (side / 3) as f32 - 1.0);
+            let texel = (at.texel + offset).clamp(Vec2::ZERO, size - 1.0).as_uvec2();
+            let visible = visible_in_layer(&self.landing_visibility, texel, at.face);
+            if visible != NOTHING {
+                let hit = self.triangles[visible as usize - 1].plane_hit(ray);
+                if hit.crosses && (hit.distance - distance).abs() <= 0.01 * distance + SAME_SURFACE {
+                    return true;
+                }
+            }
+        }
+        false
+    }
+
+    /// The back face of `object` where a ray that has entered it leaves again. The plane of the back face under a guess is the
+    /// next guess, as long as it lies between where the ray was seen inside and where outside; else their middle. A guess
+    /// inside its triangle is the answer; else the nearest plane, which is right for convex bodies.
     fn find_exit(&self, view: &View, ray: Ray, object: u32) -> Option<Exit> {
         let mut best: Option<Exit> = None;
-        let mut last = NOTHING;
+        let mut last = NOTHING; // whose plane the guess is on
+        let (mut inner, mut outer) = (0.0, self.params.exit_reach);
         let mut distance = 0.0;
-        for i in 0..self.params.exit_iterations {
+        for _ in 0..self.params.exit_iterations {
             let at = view.project(ray.origin + distance * ray.direction).texel;
             let texel = at.clamp(Vec2::ZERO, view.size.as_vec2() - 1.0).as_uvec2();
             let visible = self.exit_visibility.load_uint(texel.x, texel.y);
             if visible != NOTHING && visible == last {
                 break;
             }
-            last = visible;
-            let mut usable = false;
+            let mut ahead = -1.0;
+            let mut behind_plane = false;
             if visible != NOTHING && self.triangles[visible as usize - 1].object == object {
                 let hit = self.triangles[visible as usize - 1].plane_hit(ray);
-                usable = hit.crosses && hit.facing > 0.0 && hit.distance > 0.0;
-                if usable {
-                    distance = hit.distance;
+                behind_plane = hit.facing * (distance - hit.distance) < 0.0;
+                if hit.crosses && hit.facing > 0.0 && hit.distance > 0.0 {
+                    ahead = hit.distance;
                     let contained = hit.inside();
-                    if contained || best.is_none_or(|best| distance < best.hit.distance) {
+                    if contained || best.is_none_or(|best| ahead < best.hit.distance) {
                         best = Some(Exit { triangle: visible - 1, hit });
                     }
                     if contained {
@@ -304,9 +417,14 @@ impl Inputs<'_> {
                     }
                 }
             }
-            if !usable {
-                distance = if i == 0 { self.params.exit_start } else { 0.5 * distance };
+            if behind_plane {
+                inner = distance;
+            } else if distance > 0.0 {
+                outer = distance;
             }
+            let between = ahead > inner && ahead < outer;
+            last = if between { visible } else { NOTHING };
+            distance = if between { ahead } else { 0.5 * (inner + outer) };
         }
         best
     }
@@ -354,13 +472,14 @@ impl Inputs<'_> {
         }
         let point = ray.origin + distance * ray.direction;
         let at = locate(self.views, params.landing_view, params.landing_faces, point);
-        let ended = |end| Landing { end, at, distance, astray: false };
+        let ended = |end| Landing { end, at, distance, astray: false, beside: false };
         if !at.found {
             return ended(END_OUTSIDE_MAP);
         }
         let visible = visible_in_layer(&self.landing_visibility, at.texel.as_uvec2(), at.face);
         if visible == NOTHING {
-            return ended(END_OUTSIDE_MAP);
+            let beside = self.params.guard_texels > 0.0 && self.beside_surface(&at, ray, distance);
+            return Landing { beside, ..ended(END_OUTSIDE_MAP) };
         }
         let triangle = &self.triangles[visible as usize - 1];
         let hit = triangle.plane_hit(ray);
@@ -372,7 +491,7 @@ impl Inputs<'_> {
             return ended(END_OUTSIDE_MAP);
         }
         let astray = (hit.distance - distance).abs() > 0.01 * distance + SAME_SURFACE;
-        Landing { end: END_LANDED, at, distance, astray }
+        Landing { astray, ..ended(END_LANDED) }
     }
 
     fn spot_falloff(&self, direction: Vec3) -> f32 {
@@ -381,8 +500,8 @@ impl Inputs<'_> {
         cone * cone
     }
 
-    /// One photon from the light to the map.
-    pub fn trace(&self, texel: UVec2, band: u32, map: &[AtomicU32]) -> Photon {
+    /// One photon from the light to the map, and what it leaves there.
+    pub fn trace(&self, texel: UVec2, band: u32) -> (Photon, Option<Deposit>) {
         let params = &self.params;
         let view = &self.views[params.emission_view as usize];
         let light_ray = view.ray(texel.as_vec2() + 0.5);
@@ -396,22 +515,23 @@ impl Inputs<'_> {
             kept_inside: 0,
             absorbed: 0,
             astray: false,
+            beside: false,
         };
 
         let visible = self.entry_visibility.load_uint(texel.x, texel.y);
         if visible == NOTHING {
-            return photon;
+            return (photon, None);
         }
         let front = &self.triangles[visible as usize - 1];
         if front.flags & TRIANGLE_REFRACTS == 0 {
             if self.exit_visibility.load_uint(texel.x, texel.y) != NOTHING {
                 photon.end = END_BLOCKED;
             }
-            return photon;
+            return (photon, None);
         }
         let hit = front.plane_hit(light_ray);
         if !hit.crosses || (params.range > 0.0 && hit.distance > params.range) {
-            return photon;
+            return (photon, None);
         }
 
         let medium = self.optics[((params.first_band + band) * params.materials + front.material) as usize];
@@ -421,7 +541,7 @@ impl Inputs<'_> {
         let first = cross_surface(light_ray.direction, entry_normal, front, eta);
         if first.end != END_LANDED {
             photon.end = first.end;
-            return photon;
+            return (photon, None);
         }
         photon.flux = flux_part(aimed, part_from(1.0 - first.reflectance));
         photon.reflected = aimed - photon.flux;
@@ -436,7 +556,7 @@ impl Inputs<'_> {
                 None if open => {}
                 None => {
                     photon.end = END_NO_EXIT;
-                    return photon;
+                    return (photon, None);
                 }
                 Some(exit) => {
                     in_glass = false;
@@ -446,7 +566,7 @@ impl Inputs<'_> {
                     let second = cross_surface(ray.direction, -exit_normal, back, 1.0 / medium.index);
                     if second.end != END_LANDED {
                         photon.end = second.end;
-                        return photon;
+                        return (photon, None);
                     }
                     let left = flux_part(photon.flux, part_from(1.0 - second.reflectance));
                     photon.kept_inside = photon.flux - left;
@@ -462,16 +582,16 @@ impl Inputs<'_> {
 
         let landing = self.find_landing(ray);
         photon.end = landing.end;
-        if landing.end != END_LANDED {
-            return photon;
+        if landing.end != END_LANDED && !landing.beside {
+            return (photon, None);
         }
         photon.astray = landing.astray;
+        photon.beside = landing.beside;
         if in_glass && open {
             photon.absorb((-medium.absorption * landing.distance).exp());
         }
         let weight = self.bands[(params.first_band + band) as usize].weight;
-        let deposit = weight.map(|w| flux_part(photon.flux, w));
-        splat(self.views, &landing.at, deposit, params.splat_taps, params.splat_sigma, map);
-        photon
+        let flux = weight.map(|w| flux_part(photon.flux, w));
+        (photon, Some(Deposit { at: landing.at, flux }))
     }
 }

@@ -14,10 +14,12 @@ pub const LEDGER_KEPT_INSIDE: usize = 3;
 pub const LEDGER_ABSORBED: usize = 4;
 /// Part of landed: put down away from the surface, image space had not converged.
 pub const LEDGER_ASTRAY: usize = 5;
+/// Part of outside map: put down so near to a surface that splats reach it.
+pub const LEDGER_BESIDE: usize = 6;
 /// The ends follow, in the order of `END_*`.
-pub const LEDGER_FIRST_END: usize = 6;
+pub const LEDGER_FIRST_END: usize = 7;
 /// Number of rows per wavelength.
-pub const LEDGER_ROWS: usize = 14;
+pub const LEDGER_ROWS: usize = 15;
 /// Words per row: low and high word of the flux, number of photons.
 pub const LEDGER_WORDS: usize = 3;
 

@@ -45,12 +45,14 @@ fn assert_map_holds_what_landed(scene: &spectral_scene::Scene, settings: &Settin
     .unwrap();
     let weights = set.light_weights(&scene.lights[0].spectrum);
     let largest = weights.iter().flatten().copied().fold(0.0, f64::max);
-    let photons: u64 = light.ledgers.iter().map(|l| u64::from(l.landed.photons)).sum();
+    let put_down = |l: &asm_core::Ledger| l.landed.flux + l.beside.flux;
+    let photons: u64 =
+        light.ledgers.iter().map(|l| u64::from(l.landed.photons) + u64::from(l.beside.photons)).sum();
     assert!(photons > 0);
     for c in 0..3 {
         let part = |w: &[f64; 3]| (w[c] / largest * f64::from(1_u32 << 31)).round() as u128;
         let landed: u128 =
-            weights.iter().zip(&light.ledgers).map(|(w, l)| u128::from(l.landed.flux) * part(w)).sum();
+            weights.iter().zip(&light.ledgers).map(|(w, l)| u128::from(put_down(l)) * part(w)).sum();
         let difference = sums[c].abs_diff(landed >> 31);
         assert!(difference <= u128::from(photons / 2 + 1), "{c}: {difference} units for {photons} photons");
     }
@@ -93,8 +95,8 @@ fn taps_sum_to_the_deposit() {
         state
     };
     for i in 0..2000 {
-        let reach = i % 9;
-        let sigma = 0.3 + (random() >> 8) as f32 * 3e-7;
+        let reach = UVec2::new(i % 9, i / 9 % 9);
+        let sigma = Vec2::new(0.3 + (random() >> 8) as f32 * 3e-7, 0.3 + (random() >> 8) as f32 * 3e-7);
         let unit = |r: u32| (r >> 8) as f32 / (1 << 24) as f32;
         let texel = Vec2::new(unit(random()), unit(random())) * size.as_vec2();
         let at = Located { found: true, face: 0, view: 0, texel };

@@ -31,6 +31,93 @@ fn a_plate_without_contrast_leaves_exactly_the_direct_light() {
 }
 
 #[test]
+fn splats_keep_a_floor_that_is_lit_all_over_even_up_to_its_edges() {
+    // The plate is wider than the floor, so light goes on beyond the floor's edges. Texels of the map as far apart as photons:
+    // every texel gets the same taps, and what rounding leaves is that of the cumulative shares, 2^-24 each.
+    for radius in [1, 2, 4] {
+        let mut scene = plate_over_floor(glass(1.0), 1.5, sun(DVec3::NEG_Y));
+        let settings = Settings {
+            emission_size: 97,
+            map_size: Some(64),
+            splat: Splat::Gaussian { radius },
+            prune: false,
+            ..Settings::default()
+        };
+        // 1.5 / (97 - 0.98) is the photons' distance; the floor and its guard of radius + 1 texels get a map as fine.
+        let used = 64.0 - 2.0 * (f64::from(radius) + 1.0) - 0.98;
+        let side = 1.5 / (97.0 - 0.98) * used;
+        scene.objects[0].world_from_mesh = glam::DMat4::from_scale(DVec3::new(side, 1.0, side));
+        let (maps, statistics) = bake(&scene, 32, &settings);
+        for texel in &maps.refracted {
+            for c in 0..3 {
+                assert!((f64::from(texel[c]) / D65[c] - 1.0).abs() < 2e-6, "radius {radius}: {texel:?}");
+            }
+        }
+        assert!(
+            statistics.lights[0]
+                .ledgers
+                .iter()
+                .all(|l| l.beside.flux > 0 && l.beside.flux < l.outside_map.flux)
+        );
+    }
+}
+
+#[test]
+fn edges_are_as_bright_as_the_middle_whatever_the_light_and_the_spacing() {
+    // Slanting light draws the floor as a rhomboid whose edges run across the map's texels.
+    for (direction, emission_size) in
+        [(DVec3::NEG_Y, 200), (DVec3::new(0.3, -1.0, 0.2), 333), (DVec3::new(-0.5, -1.0, 0.7), 512)]
+    {
+        let mut scene = plate_over_floor(glass(1.0), 2.0, sun(direction));
+        scene.objects[1].world_from_mesh = glam::DMat4::from_translation(DVec3::Y * 0.08);
+        let settings = Settings { emission_size, ..Settings::default() };
+        let (maps, _) = bake(&scene, 32, &settings);
+        let cosine = -direction.normalize().y;
+        let mean = |texels: &mut dyn Iterator<Item = usize>| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for i in texels {
+                sum += f64::from(maps.refracted[i][1]);
+                count += 1.0;
+            }
+            sum / count / cosine
+        };
+        let edge = |i: &usize| i % 32 == 0 || i % 32 == 31 || i / 32 == 0 || i / 32 == 31;
+        let edges = mean(&mut (0..1024).filter(edge));
+        let middle = mean(&mut (0..1024).filter(|i| !edge(i)));
+        assert!((edges - 1.0).abs() < 1e-3, "{direction} {emission_size}: edges {edges}");
+        assert!((middle - 1.0).abs() < 1e-3, "{direction} {emission_size}: middle {middle}");
+        // The photons' grid shows through the Gaussians.
+        let unevenness =
+            maps.refracted.iter().map(|t| (f64::from(t[1]) / cosine - 1.0).abs()).fold(0.0, f64::max);
+        assert!(unevenness < 5e-3, "{direction} {emission_size}: {unevenness}");
+    }
+}
+
+#[test]
+fn a_sphere_s_caustic_has_no_holes() {
+    // Behind the focus light diverges. Photons land up to five texels of the map apart, where point splats leave holes; a
+    // search for the exit that ends too early displaces whole facets' light.
+    let scene = spectral_scene::bundled("sphere").unwrap();
+    let holes = |splat, exit_iterations| {
+        let settings = Settings { splat, exit_iterations, ..Settings::default() };
+        let refracted = bake(&scene, 128, &settings).0.refracted;
+        // The lit disc round the focus; a hole has less than half of the mean of what surrounds it.
+        let y = |x: usize, z: usize| f64::from(refracted[z * 128 + x][1]);
+        let disc = (4..124).flat_map(|z| (4..124).map(move |x| (x, z)));
+        disc.filter(|&(x, z)| (x as f64 - 63.0).hypot(z as f64 - 63.0) < 50.0)
+            .filter(|&(x, z)| {
+                let around = (z - 3..=z + 3).flat_map(|z| (x - 3..=x + 3).map(move |x| (x, z)));
+                y(x, z) < 0.5 * around.map(|(x, z)| y(x, z)).sum::<f64>() / 49.0
+            })
+            .count()
+    };
+    let iterations = Settings::default().exit_iterations;
+    assert_eq!(holes(Splat::Auto, iterations), 0);
+    let (point, early) = (holes(Splat::Point, iterations), holes(Splat::Auto, 2));
+    assert!(point > 20 && early > 20, "{point} {early}");
+}
+
+#[test]
 fn clear_plates_follow_fresnel() {
     for (angle_deg, n) in [(0.0_f64, 1.5), (0.0, 2.4), (30.0, 1.5), (60.0, 1.33)] {
         let (sin, cos) = angle_deg.to_radians().sin_cos();
