@@ -2,8 +2,10 @@
 
 mod compare;
 mod driver;
+mod gltf_validator;
 mod paths;
 mod test;
+mod tool;
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! `cargo xtask test`: every test of the workspace, with a Vulkan driver.
+//! `cargo xtask test`: every test of the workspace, with a Vulkan driver, and the Khronos validator over our glTF files.
 
 use std::env;
 use std::ffi::OsString;
@@ -7,9 +7,10 @@ use std::process::{Command, ExitCode, Stdio};
 use anyhow::{Context, Result};
 
 use crate::driver::{self, Driver};
+use crate::gltf_validator::{self, Outcome};
 use crate::paths;
 
-/// Run every test, doc tests included, with nextest where it is installed.
+/// Run every test, doc tests included, with nextest where it is installed, and validate every scene as glTF.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// A missing executor fails the tests instead of skipping some; always so where CI=true.
@@ -20,10 +21,10 @@ pub(crate) struct Args {
     runner: Vec<OsString>,
 }
 
-/// Find a driver and run the tests; the exit code is the runner's.
+/// Find a driver, run the tests and the validator; all must pass.
 ///
 /// # Errors
-/// If cargo cannot be started.
+/// If cargo cannot be started, or a scene not written.
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     let driver = driver::find_or_fetch(false)?;
     let require_all = args.require_all || runs_in_ci();
@@ -34,6 +35,29 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("Vulkan driver: {} ({})", driver.description, driver.adapters.join(", "));
     }
 
+    let passed = tests_pass(args, &driver, require_all)?;
+    // What was left out is said last, where it is read.
+    println!("tests: {}", if passed { "passed" } else { "FAILED" });
+    let validated = match gltf_validator::run()? {
+        Outcome::Passed(said) => {
+            println!("glTF files: valid; {said}");
+            true
+        }
+        Outcome::Failed(said) => {
+            println!("glTF files: INVALID\n{said}");
+            false
+        }
+        // No failure in CI either: what runs the tests needs Rust and nothing else.
+        Outcome::Skipped(reason) => {
+            println!("glTF files: SKIPPED, NOT VALIDATED: {reason}");
+            true
+        }
+    };
+    Ok(if passed && validated { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+/// Run cargo's tests with the driver.
+fn tests_pass(args: &Args, driver: &Driver, require_all: bool) -> Result<bool> {
     // A doc test is no nextest test; cargo's own runner does both in one go.
     let runs: &[&[&str]] = if has_nextest() {
         &[&["nextest", "run", "--workspace"], &["test", "--workspace", "--doc", "--quiet"]]
@@ -42,7 +66,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     };
     for (i, arguments) in runs.iter().enumerate() {
         let extra = if i == 0 { args.runner.as_slice() } else { &[] };
-        let mut command = cargo(&driver);
+        let mut command = cargo(driver);
         if require_all {
             command.env_remove("SPECTRAL_ALLOW_SKIP");
         } else if driver.adapters.is_empty() {
@@ -50,10 +74,10 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         }
         let status = command.args(*arguments).args(extra).status().context("cannot start cargo")?;
         if !status.success() {
-            return Ok(ExitCode::FAILURE);
+            return Ok(false);
         }
     }
-    Ok(ExitCode::SUCCESS)
+    Ok(true)
 }
 
 /// CI services set `CI=true`; there nothing may be skipped.

@@ -9,7 +9,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 
-use super::run_tool;
+use crate::tool;
 
 /// What a Vulkan program needs: the software driver and the loader.
 const WANTED: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
@@ -22,19 +22,19 @@ const NEVER_PRIVATE: [&str; 3] = ["libc6", "libc-bin", "libgcc-s1"];
 /// # Errors
 /// No apt or dpkg, no network, or a package that the lists do not have.
 pub(super) fn fetch(folder: &Path) -> Result<()> {
-    run_tool(Command::new("apt-get").arg("--version"))?;
-    run_tool(Command::new("dpkg-deb").arg("--version"))?;
+    tool::run(Command::new("apt-get").arg("--version"))?;
+    tool::run(Command::new("dpkg-deb").arg("--version"))?;
     let work = folder.join("apt");
     let packages = Apt::new(&work, Lists::System)
         .and_then(|apt| apt.download())
         // Lists may be missing, as in most containers, or too old for what the mirror holds.
         .or_else(|_| {
             let apt = Apt::new(&work, Lists::Own)?;
-            run_tool(apt.command().arg("update")).context("package lists")?;
+            tool::run(apt.command().arg("update")).context("package lists")?;
             apt.download()
         })?;
     for package in &packages {
-        run_tool(Command::new("dpkg-deb").arg("-x").arg(package).arg(folder))?;
+        tool::run(Command::new("dpkg-deb").arg("-x").arg(package).arg(folder))?;
     }
     fs::remove_dir_all(&work)?;
     Ok(())
@@ -83,7 +83,7 @@ impl Apt {
 
     /// What is missing, as package files.
     fn download(&self) -> Result<Vec<PathBuf>> {
-        run_tool(
+        tool::run(
             self.command()
                 .args(["--yes", "--no-install-recommends", "--download-only", "install"])
                 .args(WANTED),

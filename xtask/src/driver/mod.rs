@@ -13,7 +13,7 @@ mod probe;
 use std::env;
 use std::ffi::OsString;
 use std::path::Path;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 
 use anyhow::Result;
 
@@ -141,21 +141,6 @@ impl Source {
     fn description(&self, copy: &PrivateCopy) -> String {
         format!("{}, private copy in {}", self.name, copy.root().display())
     }
-}
-
-/// Run a tool to its end.
-///
-/// # Errors
-/// If it is missing or fails; the message carries the last line it printed.
-fn run_tool(command: &mut Command) -> Result<String> {
-    let name = command.get_program().to_string_lossy().into_owned();
-    let output = command.output().map_err(|e| anyhow::anyhow!("{name} cannot be started ({e})"))?;
-    if output.status.success() {
-        return Ok(String::from_utf8_lossy(&output.stdout).into_owned());
-    }
-    let stderr = String::from_utf8_lossy(&output.stderr);
-    let last = stderr.lines().rfind(|line| !line.trim().is_empty()).unwrap_or("no message");
-    anyhow::bail!("{name} failed: {}", last.trim())
 }
 
 /// `variable` with `first` in front of what the environment has.

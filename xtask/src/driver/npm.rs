@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 
-use super::run_tool;
+use crate::tool;
 
 /// A headless browser's package; only the driver in it is unpacked, and none of its scripts run.
 const PACKAGE: &str = "@sparticuz/chromium";
@@ -22,13 +22,13 @@ const UNPACK_BROTLI: &str = "const fs = require('fs'), zlib = require('zlib'); \
 /// # Errors
 /// No npm, node or tar, no network, or a package that no longer holds the driver.
 pub(super) fn fetch(folder: &Path) -> Result<()> {
-    let packed = run_tool(
+    let packed = tool::run(
         Command::new("npm").args(["pack", "--silent", "--ignore-scripts", PACKAGE]).current_dir(folder),
     )?;
     let file = packed.lines().last().context("npm pack named no file")?.trim().to_owned();
-    run_tool(Command::new("tar").args(["-xzf", &file, ARCHIVE]).current_dir(folder))?;
-    run_tool(Command::new("node").args(["-e", UNPACK_BROTLI, ARCHIVE, "driver.tar"]).current_dir(folder))?;
-    run_tool(Command::new("tar").args(["-xf", "driver.tar"]).current_dir(folder))?;
+    tool::run(Command::new("tar").args(["-xzf", &file, ARCHIVE]).current_dir(folder))?;
+    tool::run(Command::new("node").args(["-e", UNPACK_BROTLI, ARCHIVE, "driver.tar"]).current_dir(folder))?;
+    tool::run(Command::new("tar").args(["-xf", "driver.tar"]).current_dir(folder))?;
     for leftover in [file.as_str(), "driver.tar"] {
         std::fs::remove_file(folder.join(leftover))?;
     }
