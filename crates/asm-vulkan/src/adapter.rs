@@ -1,0 +1,272 @@
+//! Choosing a physical device.
+
+use std::ffi::{CStr, c_void};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use ash::{ext, vk};
+use frame_plan::{DeviceInfo, ExecuteError};
+
+use crate::conv;
+use crate::device::{EXECUTOR, Failure};
+
+/// How a headless executor finds and uses its device.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct VulkanOptions {
+    /// Part of the device's or driver's name, upper or lower case; by default the most powerful device.
+    pub adapter: Option<String>,
+    /// Let Khronos' validation layer check every call and the synchronization of every frame. What it finds fails the next
+    /// call of the executor. Slow; for tests.
+    pub validation: bool,
+    /// Folder in which compiled pipelines are kept from run to run, a file per device and driver. Best effort: a folder that
+    /// cannot be written or a file that is damaged costs the time to compile, and nothing else.
+    pub pipeline_cache: Option<PathBuf>,
+}
+
+/// All devices of this machine that have Vulkan 1.3, the most powerful first.
+#[must_use]
+pub fn adapters() -> Vec<DeviceInfo> {
+    Instance::new(false).map_or_else(
+        |_| Vec::new(),
+        |instance| instance.adapters().into_iter().map(|adapter| adapter.info).collect(),
+    )
+}
+
+const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
+
+/// Whether [`VulkanOptions::validation`] can be had here.
+#[must_use]
+pub fn validation_is_available() -> bool {
+    load().is_ok_and(|entry| has_validation_layer(&entry))
+}
+
+fn load() -> Result<ash::Entry, String> {
+    // SAFETY: loading the system's Vulkan loader runs its initialisers, which only set it up.
+    unsafe { ash::Entry::load() }.map_err(|e| format!("no Vulkan loader: {e}"))
+}
+
+fn has_validation_layer(entry: &ash::Entry) -> bool {
+    // SAFETY: the loader is loaded; the call has no further conditions.
+    let layers = unsafe { entry.enumerate_instance_layer_properties() }.unwrap_or_default();
+    layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER))
+}
+
+pub(crate) fn no_device(reason: String) -> ExecuteError {
+    ExecuteError::NoDevice { executor: EXECUTOR, reason }
+}
+
+/// An instance of our own.
+pub(crate) struct Instance {
+    pub(crate) raw: ash::Instance,
+    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    /// Where the messenger notes what it hears.
+    pub(crate) failure: Arc<Failure>,
+    /// The loader's library stays loaded as long as its functions are used.
+    _entry: ash::Entry,
+}
+
+impl Instance {
+    /// # Errors
+    /// [`ExecuteError::NoDevice`] without a loader, a driver, or a validation layer where one is asked for.
+    pub(crate) fn new(validation: bool) -> Result<Self, ExecuteError> {
+        let entry = load().map_err(no_device)?;
+        if validation && !has_validation_layer(&entry) {
+            return Err(no_device(
+                "the validation layer is not installed (Debian: vulkan-validationlayers)".into(),
+            ));
+        }
+        let failure = Arc::new(Failure::default());
+        let application =
+            vk::ApplicationInfo::default().application_name(c"frame plan").api_version(vk::API_VERSION_1_3);
+        let mut create = vk::InstanceCreateInfo::default().application_info(&application);
+        let layers = [VALIDATION_LAYER.as_ptr()];
+        let extensions = [ext::debug_utils::NAME.as_ptr(), ext::validation_features::NAME.as_ptr()];
+        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
+        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+        if validation {
+            create = create
+                .enabled_layer_names(&layers)
+                .enabled_extension_names(&extensions)
+                .push_next(&mut features);
+        }
+        // SAFETY: what `create` points to lives until the call returns.
+        let raw = unsafe { entry.create_instance(&create, None) }
+            .map_err(|e| no_device(format!("no Vulkan instance: {e}")))?;
+        let mut instance = Self { raw, messenger: None, failure, _entry: entry };
+        if validation {
+            instance.listen()?;
+        }
+        Ok(instance)
+    }
+
+    /// Note what the validation layer says.
+    fn listen(&mut self) -> Result<(), ExecuteError> {
+        let functions = ext::debug_utils::Instance::new(&self._entry, &self.raw);
+        let create = vk::DebugUtilsMessengerCreateInfoEXT::default()
+            .message_severity(
+                vk::DebugUtilsMessageSeverityFlagsEXT::ERROR | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
+            )
+            .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
+            .pfn_user_callback(Some(note_message))
+            .user_data(Arc::as_ptr(&self.failure).cast_mut().cast());
+        // SAFETY: the extension is enabled; the user data outlives the messenger, which `drop` destroys first.
+        let messenger = unsafe { functions.create_debug_utils_messenger(&create, None) }
+            .map_err(|e| no_device(format!("no debug messenger: {e}")))?;
+        self.messenger = Some((functions, messenger));
+        Ok(())
+    }
+
+    /// Devices that can run plans, the most powerful first.
+    pub(crate) fn adapters(&self) -> Vec<Adapter> {
+        // SAFETY: the instance is alive; the call has no further conditions.
+        let found = unsafe { self.raw.enumerate_physical_devices() }.unwrap_or_default();
+        let mut adapters: Vec<_> =
+            found.into_iter().filter_map(|physical| Adapter::new(&self.raw, physical)).collect();
+        adapters.sort_by_key(|adapter| conv::power(adapter.device_type));
+        adapters
+    }
+
+    /// # Errors
+    /// [`ExecuteError::NoDevice`] if there is none, or none of that name.
+    pub(crate) fn choose(&self, wanted: Option<&str>) -> Result<Adapter, ExecuteError> {
+        let mut adapters = self.adapters();
+        let infos: Vec<_> = adapters.iter().map(|a| a.info.clone()).collect();
+        let found = match wanted {
+            None => (!infos.is_empty()).then_some(0),
+            Some(wanted) => infos.iter().position(|info| matches(info, wanted)),
+        };
+        found.map(|i| adapters.swap_remove(i)).ok_or_else(|| no_device(not_found(wanted, &infos)))
+    }
+}
+
+impl Drop for Instance {
+    fn drop(&mut self) {
+        // SAFETY: everything made from the instance is gone: it belongs to the device that drops it last. The messenger goes
+        // before the instance, and neither is used again.
+        unsafe {
+            if let Some((functions, messenger)) = self.messenger.take() {
+                functions.destroy_debug_utils_messenger(messenger, None);
+            }
+            self.raw.destroy_instance(None);
+        }
+    }
+}
+
+/// What the validation layer calls.
+///
+/// # Safety
+/// `data` points to a message, `failure` to a [`Failure`], for the time of the call.
+unsafe extern "system" fn note_message(
+    _: vk::DebugUtilsMessageSeverityFlagsEXT,
+    _: vk::DebugUtilsMessageTypeFlagsEXT,
+    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
+    failure: *mut c_void,
+) -> vk::Bool32 {
+    // SAFETY: as the function demands; the message is a string that ends with 0, or null.
+    let (failure, message) = unsafe {
+        let message = (*data).p_message;
+        let text = if message.is_null() { c"" } else { CStr::from_ptr(message) };
+        (&*failure.cast::<Failure>(), text.to_string_lossy())
+    };
+    failure.note(format!("validation: {message}"));
+    vk::FALSE
+}
+
+/// A physical device that can run plans.
+pub(crate) struct Adapter {
+    pub(crate) physical: vk::PhysicalDevice,
+    pub(crate) device_type: vk::PhysicalDeviceType,
+    pub(crate) info: DeviceInfo,
+    /// A family whose queues draw and compute.
+    pub(crate) queue_family: u32,
+}
+
+impl Adapter {
+    /// None if it lacks Vulkan 1.3 or a queue that draws and computes.
+    fn new(instance: &ash::Instance, physical: vk::PhysicalDevice) -> Option<Self> {
+        // SAFETY: the device comes from this instance, here and below.
+        let api_version = unsafe { instance.get_physical_device_properties(physical) }.api_version;
+        if api_version < vk::API_VERSION_1_3 {
+            return None;
+        }
+        // SAFETY: as above.
+        let families = unsafe { instance.get_physical_device_queue_family_properties(physical) };
+        let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+        let queue_family = families.iter().position(|f| f.queue_flags.contains(wanted))? as u32;
+        let (info, device_type) = device_info(instance, physical);
+        Some(Self { physical, device_type, info, queue_family })
+    }
+}
+
+/// Names of a device that has Vulkan 1.3, and what it is.
+pub(crate) fn device_info(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+) -> (DeviceInfo, vk::PhysicalDeviceType) {
+    let mut driver = vk::PhysicalDeviceDriverProperties::default();
+    let mut properties = vk::PhysicalDeviceProperties2::default().push_next(&mut driver);
+    // SAFETY: the device comes from this instance and has Vulkan 1.2, which has the driver properties.
+    unsafe { instance.get_physical_device_properties2(physical, &mut properties) };
+    let device = properties.properties;
+    let text = |name: Result<&CStr, _>| name.map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
+    let name = [text(driver.driver_name_as_c_str()), text(driver.driver_info_as_c_str())].join(" ");
+    let info = DeviceInfo {
+        executor: EXECUTOR.into(),
+        device: text(device.device_name_as_c_str()),
+        driver: name.trim().into(),
+        device_type: conv::device_type(device.device_type),
+        subpixel_bits: Some(device.limits.sub_pixel_precision_bits),
+    };
+    (info, device.device_type)
+}
+
+/// Whether the device has an extension.
+pub(crate) fn has_extension(
+    instance: &ash::Instance,
+    physical: vk::PhysicalDevice,
+    extension: &CStr,
+) -> bool {
+    // SAFETY: the device comes from this instance.
+    let found = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
+    found.iter().any(|e| e.extension_name_as_c_str() == Ok(extension))
+}
+
+fn matches(info: &DeviceInfo, wanted: &str) -> bool {
+    let wanted = wanted.to_lowercase();
+    info.device.to_lowercase().contains(&wanted) || info.driver.to_lowercase().contains(&wanted)
+}
+
+fn not_found(wanted: Option<&str>, infos: &[DeviceInfo]) -> String {
+    let names: Vec<_> = infos.iter().map(|i| format!("{}, {}", i.device, i.driver)).collect();
+    match (wanted, names.is_empty()) {
+        (None, _) => "no device has Vulkan 1.3".into(),
+        (Some(wanted), true) => format!("no device has Vulkan 1.3, and so none is named {wanted:?}"),
+        (Some(wanted), false) => format!("no device is named {wanted:?}; there are: {}", names.join("; ")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{matches, not_found};
+    use frame_plan::DeviceInfo;
+
+    fn info(device: &str, driver: &str) -> DeviceInfo {
+        DeviceInfo { device: device.into(), driver: driver.into(), ..DeviceInfo::default() }
+    }
+
+    #[test]
+    fn devices_are_found_by_part_of_a_name() {
+        let lavapipe = info("llvmpipe (LLVM 15.0.6, 256 bits)", "llvmpipe Mesa 22.3.6");
+        assert!(matches(&lavapipe, "LLVMpipe"));
+        assert!(matches(&lavapipe, "mesa"));
+        assert!(!matches(&lavapipe, "swiftshader"));
+    }
+
+    #[test]
+    fn the_error_lists_what_there_is() {
+        let text = not_found(Some("voodoo"), &[info("A", "a 1"), info("B", "b 2")]);
+        assert_eq!(text, "no device is named \"voodoo\"; there are: A, a 1; B, b 2");
+        assert!(not_found(Some("voodoo"), &[]).starts_with("no device has Vulkan 1.3"));
+        assert_eq!(not_found(None, &[]), "no device has Vulkan 1.3");
+    }
+}

@@ -1,0 +1,117 @@
+//! The same plans on Vulkan and on wgpu over the same driver: equal bit for bit.
+
+#![allow(clippy::unwrap_used, reason = "tests")]
+
+mod device;
+#[path = "../../frame-plan/tests/passes/mod.rs"]
+mod passes;
+
+use asm_core::{Settings, bake_plan, render_plan};
+use asm_vulkan::{ASM_PASSES, VulkanExecutor};
+use asm_wgpu::{WgpuExecutor, WgpuOptions};
+use frame_plan::{Executor, Limits, PassSet, Plan, ResourceKind, TextureFormat};
+use passes::*;
+
+/// wgpu on the same device: both call it the same.
+fn wgpu(passes: PassSet, vulkan: &VulkanExecutor) -> WgpuExecutor {
+    let options = WgpuOptions { adapter: Some(vulkan.info().device.clone()) };
+    let wgpu = WgpuExecutor::new(passes, &options).unwrap();
+    assert_eq!(wgpu.info().device, vulkan.info().device);
+    wgpu
+}
+
+/// Run a plan with everything that can be read made readable, and compare all of it; returns how many bytes were compared.
+fn compare(mut plan: Plan, vulkan: &mut VulkanExecutor, wgpu: &mut WgpuExecutor, frames: u32) -> usize {
+    for resource in &mut plan.resources {
+        let multisized =
+            matches!(resource.kind, ResourceKind::Texture { mips, layers, .. } if (mips, layers) != (1, 1));
+        resource.readable = !matches!(resource.kind, ResourceKind::Sampler { .. }) && !multisized;
+    }
+    vulkan.prepare(&plan).unwrap();
+    wgpu.prepare(&plan).unwrap();
+    for _ in 0..frames {
+        vulkan.execute().unwrap();
+        wgpu.execute().unwrap();
+    }
+    let mut compared = 0;
+    for resource in plan.resources.iter().filter(|r| r.readable) {
+        let ours = device::read(vulkan, &plan, &resource.name);
+        let theirs = device::read(wgpu, &plan, &resource.name);
+        assert_eq!(ours.len(), theirs.len());
+        let differ = ours.iter().zip(&theirs).filter(|(a, b)| a != b).count();
+        assert_eq!(differ, 0, "{}: bytes of {} that differ, of {}", plan.name, resource.name, ours.len());
+        compared += ours.len();
+    }
+    compared
+}
+
+#[test]
+fn every_kind_of_step_gives_the_same_bits() {
+    let Some(mut vulkan) = device::executor(PASSES) else { return };
+    let mut wgpu = wgpu(PASSES, &vulkan);
+    let size = [61, 47];
+    let plans = [
+        scale_plan(),
+        indirect_plan(),
+        uint_plan(),
+        mips_plan(),
+        layers_plan(1, 1),
+        visibility_plan(size, &fan(), 3),
+        color_plan("shaded", TextureFormat::Rgba32Float, size, &fan()),
+        color_plan("glow", TextureFormat::Rgba16Float, size, &fan()),
+    ];
+    for plan in plans {
+        assert!(compare(plan, &mut vulkan, &mut wgpu, 2) > 0);
+    }
+}
+
+fn limits(vulkan: &VulkanExecutor, wgpu: &WgpuExecutor) -> Limits {
+    let (a, b) = (vulkan.limits(), wgpu.limits());
+    Limits {
+        max_texture_size: a.max_texture_size.min(b.max_texture_size),
+        max_storage_binding_bytes: a.max_storage_binding_bytes.min(b.max_storage_binding_bytes),
+        max_buffer_bytes: a.max_buffer_bytes.min(b.max_buffer_bytes),
+        max_groups_per_dimension: a.max_groups_per_dimension.min(b.max_groups_per_dimension),
+        max_total_bytes: a.max_total_bytes.min(b.max_total_bytes),
+    }
+}
+
+/// Maps, visibility, books and irradiance of bakes, and pictures.
+#[test]
+fn caustics_give_the_same_bits() {
+    let Some(mut vulkan) = device::executor_of(ASM_PASSES) else { return };
+    let mut wgpu = wgpu(asm_core::PASSES, &vulkan);
+    let limits = limits(&vulkan, &wgpu);
+    let settings = Settings { emission_size: 128, ..Settings::default() };
+    for name in ["sphere", "gem", "prism"] {
+        let scene = spectral_scene::bundled(name).unwrap();
+        let receiver = scene.receiver("receiver").unwrap();
+        let bake = bake_plan(&scene, receiver, [64, 64], &settings, &limits).unwrap();
+        assert!(bake.plan.resources.iter().any(|r| r.name.contains("map")), "maps are compared, too");
+        assert!(compare(bake.plan, &mut vulkan, &mut wgpu, 1) > 100_000);
+        let render = render_plan(&scene, 0, [96, 64], &settings, &limits).unwrap();
+        assert!(compare(render.plan, &mut vulkan, &mut wgpu, 1) > 100_000);
+    }
+}
+
+/// Negative control: the comparison above sees another glass.
+#[test]
+fn another_glass_gives_other_bits() {
+    let Some(mut vulkan) = device::executor_of(ASM_PASSES) else { return };
+    let mut wgpu = wgpu(asm_core::PASSES, &vulkan);
+    let settings = Settings { emission_size: 64, ..Settings::default() };
+    let scene = spectral_scene::bundled("sphere").unwrap();
+    let receiver = scene.receiver("receiver").unwrap();
+    let mut other = scene.clone();
+    for material in &mut other.materials {
+        if let spectral_core::dispersion::Dispersion::Cauchy { a, .. } = &mut material.dispersion {
+            *a += 0.01;
+        }
+    }
+    assert_ne!(other, scene);
+    let limits = limits(&vulkan, &wgpu);
+    let bake = |scene| bake_plan(scene, receiver, [64, 64], &settings, &limits).unwrap();
+    let ours = device::run(&mut vulkan, &bake(&scene).plan, "irradiance");
+    let theirs = device::run(&mut wgpu, &bake(&other).plan, "irradiance");
+    assert_ne!(ours, theirs);
+}
