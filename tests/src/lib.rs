@@ -2,14 +2,16 @@
 
 use std::path::{Path, PathBuf};
 
-use asm_core::{BakePlan, Settings, Statistics};
-use frame_plan::{ExecuteError, Executor, Limits};
-use spectral_scene::IrradianceMaps;
+use asm_core::{BakePlan, Settings};
+use frame_plan::{Executor, Limits};
 use xtask::executors::{Candidate, EXECUTORS};
 use xtask::subject::Subject;
 
 /// Set to 1, a missing executor is reported and skipped instead of failing the test.
 pub const ALLOW_SKIP: &str = "SPECTRAL_ALLOW_SKIP";
+
+/// Photons across and down at each wavelength.
+pub const EMISSION_SIZE: u32 = 128;
 
 /// Texels across and down: small, so that every scene runs on every executor in seconds.
 pub const SIZE: [u32; 2] = [64, 64];
@@ -46,22 +48,9 @@ pub fn subject(name: &str) -> Subject {
 /// If the scene has no plan.
 #[must_use]
 pub fn small_bake(subject: &Subject) -> BakePlan {
-    let settings = Settings { emission_size: 128, map_size: Some(128), ..Settings::default() };
+    let settings = Settings { emission_size: EMISSION_SIZE, map_size: Some(128), ..Settings::default() };
     asm_core::bake_plan(&subject.scene, subject.receiver, SIZE, &settings, &Limits::default())
         .unwrap_or_else(|error| panic!("{}: {error}", subject.name))
-}
-
-/// Prepare a plan and run one frame.
-///
-/// # Errors
-/// Those of the executor.
-pub fn run(
-    plan: &BakePlan,
-    executor: &mut dyn Executor,
-) -> Result<(IrradianceMaps, Statistics), ExecuteError> {
-    executor.prepare(&plan.plan)?;
-    executor.execute()?;
-    plan.read(executor)
 }
 
 fn workspace_root() -> PathBuf {

@@ -1,22 +1,24 @@
 //! The same plan on every executor: one body, every scene.
 
 use asm_core::Statistics;
+use frame_plan::DeviceInfo;
 use spectral_scene::IrradianceMaps;
-use workspace_tests::{executors, run, small_bake, subject};
-use xtask::checks::{PARITY, judge};
+use workspace_tests::{EMISSION_SIZE, executors, small_bake, subject};
+use xtask::checks::{Bound, Snapping, judge};
+use xtask::executors::bake;
 use xtask::layers::Layer;
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
 /// What is wrong between two bakes of a scene, one line per finding.
-fn disparities(subject: &Subject, a: &IrradianceMaps, b: &IrradianceMaps) -> Vec<String> {
+fn disparities(subject: &Subject, a: &IrradianceMaps, b: &IrradianceMaps, bound: Bound) -> Vec<String> {
     let mut found = Vec::new();
     for layer in Layer::ALL {
         if layer.is_negligible(a) && layer.is_negligible(b) {
             continue;
         }
         let shadowed = layer.of(a).check_varies().is_ok();
-        let judgement = judge(&layer.of(a), &layer.of(b), subject.expected(layer, shadowed), Some(PARITY));
+        let judgement = judge(&layer.of(a), &layer.of(b), subject.expected(layer, shadowed), Some(bound));
         found.extend(judgement.problems.into_iter().map(|p| format!("{}: {p}", layer.name())));
     }
     found
@@ -53,23 +55,26 @@ fn executors_agree_on(name: &str) {
     let mut executors = executors();
     let mut results = Vec::new();
     for (id, executor) in &mut executors {
-        let first = run(&plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
-        let again = run(&plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
+        let first = bake(&plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
+        let again = bake(&plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
         // Bits, not values: a NaN would equal nothing, and 0 would equal -0.
         assert!(bits(&first.0).eq(bits(&again.0)), "{name}: {id} gave two results");
         assert_eq!(first.1.lights, again.1.lights, "{name}: {id} gave two ledgers");
-        results.push((*id, first));
+        results.push((*id, executor.info().clone(), first));
     }
-    let (first_id, (first, first_statistics)) = &results[0];
-    for (id, (maps, statistics)) in &results[1..] {
-        let found = disparities(&subject, maps, first);
+    let (first_id, first_device, (first, first_statistics)) = &results[0];
+    for (id, device, (maps, statistics)) in &results[1..] {
+        let bound = Snapping::between(device, first_device).parity(EMISSION_SIZE);
+        let found = disparities(&subject, maps, first, bound);
         assert!(found.is_empty(), "{name}: {id} against {first_id}: {found:?}");
         assert_ledgers_agree(name, first_statistics, statistics);
     }
+    // Not even the coarsest rasteriser's bound lets a fault through.
+    let coarsest = Snapping::between(&DeviceInfo::default(), first_device).parity(EMISSION_SIZE);
     for sabotage in Sabotage::ALL {
-        let (spoiled, _) = run(&sabotage.spoil(&plan), executors[0].1.as_mut())
+        let (spoiled, _) = bake(&sabotage.spoil(&plan), executors[0].1.as_mut())
             .unwrap_or_else(|e| panic!("{name}, {}: {e}", sabotage.description()));
-        let found = disparities(&subject, &spoiled, first);
+        let found = disparities(&subject, &spoiled, first, coarsest);
         assert!(!found.is_empty(), "{name}: {} went unnoticed", sabotage.description());
     }
 }

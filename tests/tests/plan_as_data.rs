@@ -1,7 +1,8 @@
 //! A plan is plain data: it survives being written down, and what comes back draws the same picture.
 
 use asm_core::BakePlan;
-use workspace_tests::{executors, run, small_bake, subject};
+use workspace_tests::{executors, small_bake, subject};
+use xtask::executors::bake;
 use xtask::sabotage::Sabotage;
 
 fn written_and_read(plan: &BakePlan) -> BakePlan {
@@ -21,11 +22,11 @@ fn plans_survive_being_written_down() {
 fn a_plan_that_was_read_gives_the_same_bits() {
     let plan = small_bake(&subject("gem"));
     for (id, mut executor) in executors() {
-        let (original, _) = run(&plan, executor.as_mut()).expect(id);
-        let (read, _) = run(&written_and_read(&plan), executor.as_mut()).expect(id);
+        let (original, _) = bake(&plan, executor.as_mut()).expect(id);
+        let (read, _) = bake(&written_and_read(&plan), executor.as_mut()).expect(id);
         assert!(original == read, "{id}");
         // The comparison itself can fail.
-        let (spoiled, _) = run(&Sabotage::Ior.spoil(&plan), executor.as_mut()).expect(id);
+        let (spoiled, _) = bake(&Sabotage::Ior.spoil(&plan), executor.as_mut()).expect(id);
         assert!(original != spoiled, "{id}: an index of refraction went unnoticed");
     }
 }

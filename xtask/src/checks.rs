@@ -1,7 +1,10 @@
 //! What is asserted about two results of one layer, and how.
 //!
-//! Parity of two executors is asserted tightly: they run the same plan, so only rounding may differ. Against
-//! the oracle a method's own error shows; it is asserted only where physics leaves the method no freedom.
+//! Parity of two executors is asserted tightly: they run the same plan, so only rounding may differ, that of vertices to
+//! parts of a texel above all ([`Snapping`]). Against the oracle a method's own error shows; it is asserted only where
+//! physics leaves the method no freedom.
+
+use frame_plan::DeviceInfo;
 
 use crate::metrics::{Map, Metrics, compare};
 use serde::Serialize;
@@ -17,9 +20,49 @@ pub struct Bound {
     pub total_y: Option<f64>,
 }
 
-/// Two executors: they do the same arithmetic on the same plan, so only f32 roundings differ, and with them the texel
-/// of a photon that lands next to a border. `docs/src/comparing.md` has what was measured.
-pub const PARITY: Bound = Bound { delta_e_mean: Some(0.25), rms_64: Some(5e-3), total_y: Some(1e-3) };
+/// The coarser rounding of vertices of two devices, texels.
+///
+/// Executors do the same arithmetic on the same plan. What they may do differently is to snap vertices: Vulkan permits
+/// 1/16 texel, GPUs and Mesa's software driver have 1/256, and the way of rounding is free. An edge then moves by up to
+/// one such step, and the texel centres that it crosses, a share of all in proportion to the step over the texels
+/// across the view, become photons of another path. So every parity bound is a step over a size times a constant; f32
+/// rounding alone stays below the finest. The constants leave a factor of two or more above the worst that was measured on
+/// each driver, see `docs/src/comparing.md`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Snapping {
+    texels: f64,
+}
+
+/// `subPixelPrecisionBits` that Vulkan guarantees, for devices that do not say.
+const LEAST_SUBPIXEL_BITS: u32 = 4;
+
+/// Emission view at which the constants were measured, texels across.
+const MEASURED_EMISSION_SIZE: f64 = 512.0;
+
+/// Picture at which the constant of FLIP was measured, pixels across.
+const MEASURED_PICTURE_WIDTH: f64 = 320.0;
+
+impl Snapping {
+    /// Of two devices.
+    #[must_use]
+    pub fn between(a: &DeviceInfo, b: &DeviceInfo) -> Self {
+        let bits = [a, b].map(|info| info.subpixel_bits.unwrap_or(LEAST_SUBPIXEL_BITS));
+        Self { texels: 0.5_f64.powi(bits[0].min(bits[1]) as i32) }
+    }
+
+    /// Most that two bakes may be apart, whose emission views are `emission_size` texels across.
+    #[must_use]
+    pub fn parity(self, emission_size: u32) -> Bound {
+        let step = self.texels * MEASURED_EMISSION_SIZE / f64::from(emission_size);
+        Bound { delta_e_mean: Some(16.0 * step), rms_64: Some(0.08 * step), total_y: Some(0.016 * step) }
+    }
+
+    /// Largest mean FLIP of two pictures so many pixels across.
+    #[must_use]
+    pub fn parity_flip(self, width: u32) -> f64 {
+        0.064 * self.texels * MEASURED_PICTURE_WIDTH / f64::from(width)
+    }
+}
 
 /// A method against the oracle, unblocked light: no freedom but where a silhouette's shadow ends, to a texel of
 /// the method's map.
@@ -87,5 +130,42 @@ impl Bound {
                 .then(|| format!("{name} is {value:.3e}, at most {limit:.1e} is accepted"))
         })
         .collect()
+    }
+}
+
+/// Whether a relative distance from the oracle says nothing about the method: at least half of its square is the oracle's
+/// own standard error. Independent errors add up in squares.
+#[must_use]
+pub fn is_within_noise(distance: f64, standard_error: f64) -> bool {
+    distance <= std::f64::consts::SQRT_2 * standard_error
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn device(subpixel_bits: Option<u32>) -> DeviceInfo {
+        DeviceInfo { subpixel_bits, ..DeviceInfo::default() }
+    }
+
+    #[test]
+    fn the_coarser_device_and_the_smaller_view_set_the_bound() {
+        let [fine, coarse, silent] = [Some(8), Some(4), None].map(device);
+        let delta_e = |a, b, size| Snapping::between(a, b).parity(size).delta_e_mean.unwrap();
+        assert_eq!(delta_e(&fine, &fine, 512), 0.0625);
+        assert_eq!(delta_e(&fine, &coarse, 512), 1.0);
+        assert_eq!(delta_e(&coarse, &fine, 512), 1.0);
+        assert_eq!(delta_e(&fine, &silent, 512), 1.0);
+        assert_eq!(delta_e(&fine, &fine, 128), 0.25);
+        let flip = |width| Snapping::between(&fine, &fine).parity_flip(width);
+        assert_eq!((flip(320), flip(160)), (0.064 / 256.0, 0.128 / 256.0));
+    }
+
+    #[test]
+    fn noise_is_what_hides_half_of_the_square() {
+        assert!(is_within_noise(0.014, 0.01));
+        assert!(!is_within_noise(0.015, 0.01));
+        assert!(!is_within_noise(1e-9, 0.0));
+        assert!(!is_within_noise(f64::NAN, 1.0));
     }
 }

@@ -59,8 +59,11 @@ pub(crate) fn run() -> Result<Outcome> {
     Ok(if output.status.success() { Outcome::Passed(text) } else { Outcome::Failed(text) })
 }
 
+/// A change that makes a file invalid.
+type Fault = fn(&mut Value);
+
 /// Faults that the validator must find, one an error and one a warning.
-const FAULTS: [(&str, fn(&mut Value)); 2] = [
+const FAULTS: [(&str, Fault); 2] = [
     ("broken-reference", |gltf| gltf["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 9999.into()),
     ("unexpected-property", |gltf| gltf["asset"]["wavelength"] = 550.into()),
 ];
@@ -92,7 +95,7 @@ fn written(folder: &Path, name: &str, bytes: &[u8]) -> Result<PathBuf> {
 }
 
 /// A binary glTF file with its JSON changed; glTF 2.0 specification, section 4.4.
-fn respelt(glb: &[u8], change: fn(&mut Value)) -> Result<Vec<u8>> {
+fn respelt(glb: &[u8], change: Fault) -> Result<Vec<u8>> {
     /// Bytes of the file's header, and of a chunk's.
     const HEADER: usize = 12;
     const CHUNK_HEADER: usize = 8;

@@ -1,15 +1,17 @@
 //! One scene: the oracle's bake, every executor's with every method, and what is asserted about them.
 
 use std::io::{IsTerminal, Write};
+use std::rc::Rc;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
 use asm_core::{BakePlan, Settings};
-use frame_plan::{ExecuteError, Executor, Limits};
+use frame_plan::{DeviceInfo, Limits};
 use spectral_reference::{Bake, BakeSettings, Effort as Photons};
 use spectral_scene::IrradianceMaps;
-use xtask::checks::{Bound, CONVEX, DIRECT, Expected, PARITY, judge};
+use xtask::checks::{Bound, CONVEX, DIRECT, Expected, Snapping, is_within_noise, judge};
+use xtask::executors;
 use xtask::layers::{Layer, size, total};
 use xtask::metrics::{Map, exposure};
 use xtask::sabotage::Sabotage;
@@ -37,13 +39,15 @@ const ORACLE_SECONDS: f64 = 20.0;
 struct Baked<'a> {
     id: &'static str,
     maps: &'a IrradianceMaps,
+    /// None for the oracle.
+    device: Option<&'a DeviceInfo>,
 }
 
 /// A scene while it is compared.
 pub(super) struct Comparison<'a> {
     pub(super) subject: &'a Subject,
     pub(super) effort: &'a Effort,
-    oracle: Option<Bake>,
+    oracle: Option<Rc<Bake>>,
     /// Photons that the oracle can afford here.
     pub(super) oracle_photons: u64,
     pub(super) entry: SceneEntry,
@@ -120,7 +124,7 @@ impl Comparison<'_> {
                     error.refracted,
                     error.reflected
                 ));
-                self.oracle = Some(bake);
+                self.oracle = Some(Rc::new(bake));
             }
             Err(error) => self.fail("", ORACLE, error.to_string()),
         }
@@ -148,24 +152,27 @@ impl Comparison<'_> {
                 _ => plan.clone(),
             };
             if let Some(baked) = self.bake(&plan, contender, &name) {
-                maps.push((contender.entry.id, baked));
+                maps.push((contender.entry.id, contender.info.clone(), baked));
             }
         }
         // An executor alone is held against itself, and a spoiled one against what it makes of the plan as it was.
-        if let [(id, _)] = maps[..]
+        if let [(id, ..)] = maps[..]
             && let Some(alone) = contenders.iter_mut().find(|c| c.entry.id == id)
         {
-            maps.extend(self.bake(&plan, alone, &name).map(|again| (id, again)));
+            let again = self.bake(&plan, alone, &name);
+            maps.extend(again.map(|again| (id, alone.info.clone(), again)));
         }
-        let results: Vec<_> = maps.iter().map(|(id, maps)| Baked { id, maps }).collect();
+        let results: Vec<_> =
+            maps.iter().map(|(id, device, maps)| Baked { id, maps, device: Some(device) }).collect();
         for (i, a) in results.iter().enumerate() {
             for b in &results[i + 1..] {
-                self.check_layers(&name, a, b, |_| Some(PARITY));
+                let bound = parity(a, b);
+                self.check_layers(&name, a, b, |_| bound);
             }
         }
         let convex = CONVEX_SCENES.contains(&self.subject.name.as_str());
-        if let Some(oracle) = self.oracle.take() {
-            let b = Baked { id: ORACLE, maps: &oracle.maps };
+        if let Some(oracle) = self.oracle.clone() {
+            let b = Baked { id: ORACLE, maps: &oracle.maps, device: None };
             for a in &results {
                 self.check_layers(&name, a, &b, |layer| match layer {
                     Layer::Direct => Some(DIRECT),
@@ -173,7 +180,6 @@ impl Comparison<'_> {
                     Layer::Refracted | Layer::Reflected => None,
                 });
             }
-            self.oracle = Some(oracle);
         }
         // A spoiled executor is no measure for controls.
         if let (None, Some(first)) = (sabotage, results.first()) {
@@ -186,8 +192,8 @@ impl Comparison<'_> {
     fn bake(&mut self, plan: &BakePlan, contender: &mut Contender, method: &str) -> Option<IrradianceMaps> {
         let executor = contender.executor.as_deref_mut()?;
         let start = Instant::now();
-        match run(plan, executor) {
-            Ok(maps) => {
+        match executors::bake(plan, executor) {
+            Ok((maps, _)) => {
                 let (id, seconds) = (contender.entry.id, start.elapsed().as_secs_f64());
                 self.note(format!("{id}, {method}: {seconds:.2} s, pipelines and transfers included"));
                 Some(maps)
@@ -212,6 +218,8 @@ impl Comparison<'_> {
             let (map_a, map_b) = (layer.of(a.maps), layer.of(b.maps));
             let (expected, bound) = (self.expected(layer), bound(layer));
             let judgement = judge(&map_a, &map_b, expected, bound);
+            let noise = self.oracle_error(layer).filter(|_| b.id == ORACLE);
+            let distance = judgement.metrics.as_ref().map(|m| m.rms_64);
             let name = format!("{} {method} {}: {} against {}", self.subject.name, layer.name(), a.id, b.id);
             // A check that fails has shown that it can.
             if judgement.problems.is_empty() {
@@ -225,10 +233,22 @@ impl Comparison<'_> {
                 b: b.id,
                 metrics: serde_json::to_value(&judgement.metrics).unwrap_or_default(),
                 bound: serde_json::to_value(bound).unwrap_or_default(),
+                oracle_standard_error: noise,
+                within_oracle_noise: distance.zip(noise).map(|(d, n)| is_within_noise(d, n)),
                 ok: judgement.problems.is_empty(),
                 problems: judgement.problems,
             });
         }
+    }
+
+    /// The oracle's standard error of Y at 64 x 64, relative as the distances are.
+    fn oracle_error(&self, layer: Layer) -> Option<f64> {
+        let error = self.oracle.as_ref()?.standard_error;
+        Some(match layer {
+            Layer::Direct => error.direct,
+            Layer::Refracted => error.refracted,
+            Layer::Reflected => error.reflected,
+        })
     }
 
     fn expected(&self, layer: Layer) -> Expected {
@@ -242,11 +262,11 @@ impl Comparison<'_> {
         let Some(contender) = contenders.iter_mut().find(|c| c.entry.id == good.id) else { return };
         for sabotage in Sabotage::ALL {
             let Some(executor) = contender.executor.as_deref_mut() else { return };
-            let failed = match run(&sabotage.spoil(plan), executor) {
-                Ok(maps) => Layer::ALL.into_iter().any(|layer| {
+            let failed = match executors::bake(&sabotage.spoil(plan), executor) {
+                Ok((maps, _)) => Layer::ALL.into_iter().any(|layer| {
                     let absent = layer.is_negligible(&maps) && layer.is_negligible(good.maps);
                     let (a, b) = (layer.of(&maps), layer.of(good.maps));
-                    !absent && !judge(&a, &b, self.expected(layer), Some(PARITY)).problems.is_empty()
+                    !absent && !judge(&a, &b, self.expected(layer), parity(good, good)).problems.is_empty()
                 }),
                 // A plan without one of its passes may be refused: noticed as well.
                 Err(_) => true,
@@ -258,7 +278,7 @@ impl Comparison<'_> {
 
     /// Everyone's pictures side by side, all light and then what has been in glass, with differences.
     fn show(&mut self, method: &str, results: &[Baked]) {
-        let oracle = self.oracle.as_ref().map(|bake| Baked { id: ORACLE, maps: &bake.maps });
+        let oracle = self.oracle.as_ref().map(|bake| Baked { id: ORACLE, maps: &bake.maps, device: None });
         let everyone: Vec<&Baked> = results.iter().chain(&oracle).collect();
         let Some(reference) = everyone.last() else { return };
         let size = size(reference.maps);
@@ -302,17 +322,18 @@ impl Comparison<'_> {
             b: what,
             metrics: serde_json::Value::Null,
             bound: serde_json::Value::Null,
+            oracle_standard_error: None,
+            within_oracle_noise: None,
             ok: false,
             problems: vec![problem],
         });
     }
 }
 
-/// One frame of a plan that is prepared anew.
-fn run(plan: &BakePlan, executor: &mut dyn Executor) -> Result<IrradianceMaps, ExecuteError> {
-    executor.prepare(&plan.plan)?;
-    executor.execute()?;
-    Ok(plan.read(executor)?.0)
+/// What may lie between two executors' bakes with default settings; none if one is the oracle's.
+fn parity(a: &Baked, b: &Baked) -> Option<Bound> {
+    let snapping = Snapping::between(a.device?, b.device?);
+    Some(snapping.parity(Settings::default().emission_size))
 }
 
 /// What every executor can hold: parity means one plan for all. None if there is no executor.

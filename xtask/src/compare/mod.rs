@@ -13,7 +13,7 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use asm_core::Method;
 use clap::ValueEnum;
-use frame_plan::{ExecuteError, Executor};
+use frame_plan::{DeviceInfo, ExecuteError, Executor};
 use xtask::executors::EXECUTORS;
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
@@ -87,6 +87,8 @@ impl Effort {
 /// An executor and what became of it.
 struct Contender {
     entry: ExecutorEntry,
+    /// Empty if it never started.
+    info: DeviceInfo,
     /// None once it is skipped or has failed.
     executor: Option<Box<dyn Executor>>,
 }
@@ -191,12 +193,18 @@ fn contenders(driver: &str) -> Vec<Contender> {
             status: Status::Ran,
             device: String::new(),
             driver: String::new(),
+            device_type: None,
+            subpixel_bits: None,
             reason: None,
         };
+        let mut info = DeviceInfo::default();
         let executor = match (candidate.open)() {
             Ok(executor) => {
-                entry.device.clone_from(&executor.info().device);
-                entry.driver.clone_from(&executor.info().driver);
+                info.clone_from(executor.info());
+                entry.device.clone_from(&info.device);
+                entry.driver.clone_from(&info.driver);
+                entry.device_type = Some(info.device_type);
+                entry.subpixel_bits = info.subpixel_bits;
                 Some(executor)
             }
             Err(error) => {
@@ -208,7 +216,7 @@ fn contenders(driver: &str) -> Vec<Contender> {
             }
         };
         eprintln!("{}: {}", entry.id, entry.reason.as_deref().unwrap_or(&entry.device));
-        Contender { entry, executor }
+        Contender { entry, info, executor }
     };
     EXECUTORS.iter().map(contender).collect()
 }

@@ -2,11 +2,13 @@
 
 use std::time::Instant;
 
-use asm_core::{RenderPlan, Settings};
-use frame_plan::{ExecuteError, Executor};
+use asm_core::Settings;
+use frame_plan::DeviceInfo;
 use serde_json::{Value, json};
 use spectral_core::display::{Display, ToneMap, srgb_from_linear};
 use spectral_reference::RenderSettings;
+use xtask::checks::{Snapping, is_within_noise};
+use xtask::executors;
 use xtask::flip::{PIXELS_PER_DEGREE, Picture, flip};
 use xtask::metrics::{Map, exposure};
 
@@ -14,12 +16,23 @@ use super::bakes::{Comparison, ORACLE, common_limits, percent_on_terminal};
 use super::report::{Check, Control, PictureRow, Png, Status, shown};
 use super::{Contender, MethodName};
 
-/// Executors on the same plan: a silhouette may fall to the other side of a pixel's samples here and there.
-/// docs/src/comparing.md has what was measured.
-const PARITY_FLIP: f64 = 4e-3;
+/// A picture.
+#[derive(Clone)]
+struct Made {
+    /// Who made it.
+    id: &'static str,
+    /// None for the oracle.
+    device: Option<DeviceInfo>,
+    xyz: Vec<[f32; 3]>,
+}
 
-/// Who made a picture, and its XYZ.
-type Made = (&'static str, Vec<[f32; 3]>);
+/// The oracle's picture.
+struct Oracle {
+    /// The mean of two independent halves.
+    made: Made,
+    /// One of them: its distance from the mean has the variance of the mean's own error.
+    half: Vec<[f32; 3]>,
+}
 
 impl Comparison<'_> {
     /// Compare camera pictures, if the scene has a camera.
@@ -28,32 +41,42 @@ impl Comparison<'_> {
             return self.note("no camera, no pictures".into());
         }
         let oracle = self.render_oracle();
+        let noise = oracle.as_ref().map(|oracle| self.flip_of(&oracle.half, &oracle.made));
+        if let Some(noise) = noise {
+            self.note(format!("{ORACLE}, picture: its own noise has a mean FLIP of {noise:.1e}"));
+        }
         for &method in methods {
             let name = method.name();
             let mut made = self.render_all(method, contenders);
             let executors = made.len();
-            made.extend(oracle.clone());
+            made.extend(oracle.as_ref().map(|oracle| oracle.made.clone()));
             for i in 0..executors {
                 for j in i + 1..made.len() {
-                    self.check_pictures(&name, &made[i], &made[j]);
+                    self.check_pictures(&name, &made[i], &made[j], noise);
                 }
             }
             self.show_pictures(&name, &made);
         }
     }
 
-    fn render_oracle(&mut self) -> Option<Made> {
-        let settings = RenderSettings {
+    /// Two halves of the effort, with a seed of its own each.
+    fn render_oracle(&mut self) -> Option<Oracle> {
+        let half = |seed| RenderSettings {
             size: self.effort.picture_size,
-            samples_per_pixel: self.effort.oracle_samples,
-            photons: self.oracle_photons,
+            samples_per_pixel: self.effort.oracle_samples.div_ceil(2),
+            photons: self.oracle_photons.div_ceil(2),
+            seed,
             ..RenderSettings::default()
         };
         let start = Instant::now();
-        match spectral_reference::render(&self.subject.scene, &settings, &percent_on_terminal(ORACLE)) {
-            Ok(picture) => {
+        let render =
+            |seed| spectral_reference::render(&self.subject.scene, &half(seed), &percent_on_terminal(ORACLE));
+        match render(0).and_then(|first| Ok((first.xyz, render(1)?.xyz))) {
+            Ok((half, other)) => {
                 self.note(format!("{ORACLE}, picture: {:.1} s", start.elapsed().as_secs_f64()));
-                Some((ORACLE, picture.xyz))
+                let mean = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
+                let xyz = half.iter().zip(&other).map(mean).collect();
+                Some(Oracle { made: Made { id: ORACLE, device: None, xyz }, half })
             }
             Err(error) => {
                 self.fail("", ORACLE, format!("picture: {error}"));
@@ -76,8 +99,10 @@ impl Comparison<'_> {
         let mut made = Vec::new();
         for contender in contenders {
             let Some(executor) = contender.executor.as_deref_mut() else { continue };
-            match run(&plan, executor) {
-                Ok(xyz) => made.push((contender.entry.id, xyz)),
+            match executors::render(&plan, executor) {
+                Ok(xyz) => {
+                    made.push(Made { id: contender.entry.id, device: Some(contender.info.clone()), xyz })
+                }
                 Err(error) => {
                     contender.entry.status = Status::Failed;
                     contender.entry.reason = Some(format!("{} picture: {error}", self.subject.name));
@@ -89,11 +114,14 @@ impl Comparison<'_> {
     }
 
     /// Parity is asserted; against the oracle the method's error is shown.
-    fn check_pictures(&mut self, method: &str, a: &Made, b: &Made) {
-        let bound = (b.0 != ORACLE).then_some(PARITY_FLIP);
+    fn check_pictures(&mut self, method: &str, a: &Made, b: &Made, noise: Option<f64>) {
+        let snapping = a.device.as_ref().zip(b.device.as_ref()).map(|(a, b)| Snapping::between(a, b));
+        let bound = snapping.map(|snapping| snapping.parity_flip(self.effort.picture_size[0]));
         let exposure = exposure(&self.map(b)).unwrap_or(1.0);
-        let (metrics, problems) = self.judge_pictures(&a.1, b, exposure, bound);
-        let name = format!("{} {method} camera: {} against {}", self.subject.name, a.0, b.0);
+        let (metrics, problems) = self.judge_pictures(&a.xyz, b, exposure, bound);
+        let name = format!("{} {method} camera: {} against {}", self.subject.name, a.id, b.id);
+        let noise = noise.filter(|_| b.device.is_none());
+        let distance = metrics["flip_mean"].as_f64();
         // A check that fails has shown that it can.
         if problems.is_empty() {
             self.control_pictures(&name, a, b, exposure, bound);
@@ -102,10 +130,12 @@ impl Comparison<'_> {
             scene: self.subject.name.clone(),
             method: method.into(),
             layer: "camera",
-            a: a.0,
-            b: b.0,
+            a: a.id,
+            b: b.id,
             metrics,
             bound: bound.map_or(Value::Null, |b| json!({ "flip_mean": b })),
+            oracle_standard_error: noise,
+            within_oracle_noise: distance.zip(noise).map(|(d, n)| is_within_noise(d, n)),
             ok: problems.is_empty(),
             problems,
         });
@@ -113,12 +143,12 @@ impl Comparison<'_> {
 
     /// The same comparison with `a` spoiled.
     fn control_pictures(&mut self, check: &str, a: &Made, b: &Made, exposure: f64, bound: Option<f64>) {
-        let mut not_finite = a.1.clone();
+        let mut not_finite = a.xyz.clone();
         not_finite[0][1] = f32::NAN;
         let mut spoiled = vec![("one NaN", not_finite)];
         // Without a bound only what is no picture at all can be refused.
         if bound.is_some() {
-            let mut dark = a.1.clone();
+            let mut dark = a.xyz.clone();
             let count = dark.len();
             dark[count * 2 / 5..count * 3 / 5].fill([0.0; 3]);
             spoiled.push(("a fifth of the rows dark", dark));
@@ -143,10 +173,8 @@ impl Comparison<'_> {
                 return (Value::Null, vec![format!("nothing to compare, {name}: {error}")]);
             }
         }
-        let [srgb_a, srgb_b] = [&a, &self.map(b)].map(|map| encoded(map, exposure));
-        let [a, b] = [&srgb_a, &srgb_b].map(|srgb| Picture { size: a.size, srgb });
-        let map = flip(&a, &b, PIXELS_PER_DEGREE);
-        let mean = map.iter().sum::<f64>() / map.len() as f64;
+        let map = flip_map(&a, &self.map(b), exposure);
+        let mean = mean(&map);
         let over = bound.filter(|&bound| mean.is_nan() || mean > bound);
         let problems = over.map(|bound| format!("mean FLIP is {mean:.3e}, at most {bound:.1e} is accepted"));
         (json!({ "flip_mean": mean, "exposure": exposure }), problems.into_iter().collect())
@@ -156,36 +184,45 @@ impl Comparison<'_> {
         let Some(reference) = made.last() else { return };
         let exposure = exposure(&self.map(reference)).unwrap_or(1.0);
         let mut pictures: Vec<(String, Png)> =
-            made.iter().map(|m| (m.0.to_owned(), shown(&self.map(m), exposure))).collect();
+            made.iter().map(|m| (m.id.to_owned(), shown(&self.map(m), exposure))).collect();
         let (first, last) = (&made[0], reference);
-        if first.0 != last.0 {
-            let [a, b] = [first, last].map(|m| encoded(&self.map(m), exposure));
-            let size = self.effort.picture_size.map(|n| n as usize);
-            let map = flip(&Picture { size, srgb: &a }, &Picture { size, srgb: &b }, PIXELS_PER_DEGREE);
+        if first.id != last.id {
+            let map = flip_map(&self.map(first), &self.map(last), exposure);
             let grey: Vec<[u8; 3]> = map.iter().map(|v| [(v * 255.0).round() as u8; 3]).collect();
             pictures.push((
-                format!("FLIP of {} against {}, white is 1", first.0, last.0),
-                Png::encode(size, &grey),
+                format!("FLIP of {} against {}, white is 1", first.id, last.id),
+                Png::encode(self.effort.picture_size.map(|n| n as usize), &grey),
             ));
         }
         let title = format!("{method}, camera, exposure {exposure:.3e} per cd/m^2, tone map: clip");
         self.entry.rows.push(PictureRow { title, pictures });
     }
 
-    fn map<'a>(&self, made: &'a Made) -> Map<'a> {
-        Map { size: self.effort.picture_size.map(|n| n as usize), xyz: &made.1 }
+    /// Mean FLIP of a picture against a reference, at the reference's exposure.
+    fn flip_of(&self, xyz: &[[f32; 3]], reference: &Made) -> f64 {
+        let reference = self.map(reference);
+        let exposure = exposure(&reference).unwrap_or(1.0);
+        mean(&flip_map(&Map { xyz, ..reference }, &reference, exposure))
     }
+
+    fn map<'a>(&self, made: &'a Made) -> Map<'a> {
+        Map { size: self.effort.picture_size.map(|n| n as usize), xyz: &made.xyz }
+    }
+}
+
+/// FLIP per pixel of two maps of one size.
+fn flip_map(a: &Map<'_>, b: &Map<'_>, exposure: f64) -> Vec<f64> {
+    let [srgb_a, srgb_b] = [a, b].map(|map| encoded(map, exposure));
+    let [a, b] = [&srgb_a, &srgb_b].map(|srgb| Picture { size: a.size, srgb });
+    flip(&a, &b, PIXELS_PER_DEGREE)
+}
+
+fn mean(values: &[f64]) -> f64 {
+    values.iter().sum::<f64>() / values.len() as f64
 }
 
 /// Display sRGB at an exposure: everything above white cut, one gamut map.
 fn encoded(map: &Map<'_>, exposure: f64) -> Vec<[f64; 3]> {
     let display = Display { exposure, tone_map: ToneMap::Clip };
     map.xyz.iter().map(|xyz| display.linear_srgb_from_xyz(xyz.map(f64::from)).map(srgb_from_linear)).collect()
-}
-
-/// One frame.
-fn run(plan: &RenderPlan, executor: &mut dyn Executor) -> Result<Vec<[f32; 3]>, ExecuteError> {
-    executor.prepare(&plan.plan)?;
-    executor.execute()?;
-    Ok(plan.read(executor)?.0.xyz)
 }

@@ -23,7 +23,10 @@ const LEGEND: &str = "Irradiance on each scene's receiver, in its UV space, per 
 ΔE is CIEDE2000 over texels above 0.5 % of the reference's (b's) 99th-percentile Y, at exposure 1 / that Y, Lab relative to \
 XYZ at Y = 1 of unblocked perpendicular light of the lamps. RMS is RMS(a - b) / RMS(b) of Y, also after binning to 64 × 64. \
 Camera pictures: mean FLIP at 67 pixels per degree on sRGB, at the exposure stated, tone map: clip. \
-A bound in brackets is asserted; where there is none the distance is the method's own error and only shown. \
+A bound in brackets is asserted; between executors it is a constant times the coarser of their vertex roundings, 2^-bits texel. \
+Where there is none the distance is the method's own error and only shown, with the oracle's standard error of the same \
+quantity, RMS 64 of a layer and FLIP of a picture, beside it; where at least half of the squared distance is the oracle's, \
+the row says that it is within the oracle's noise. \
 In difference maps red is more than b, blue less.";
 
 /// The whole page.
@@ -69,16 +72,20 @@ pub(super) fn page(report: &Report, skips_fail: bool) -> String {
 }
 
 fn executors(html: &mut String, report: &Report) {
-    push(html, format_args!("<table><tr><th>executor<th>status<th>device<th>driver<th>reason"));
+    push(
+        html,
+        format_args!("<table><tr><th>executor<th>status<th>device<th>driver<th>vertices snap to<th>reason"),
+    );
     for executor in &report.executors {
         push(
             html,
             format_args!(
-                "<tr><td>{}<td>{}<td>{}<td>{}<td>{}",
+                "<tr><td>{}<td>{}<td>{}<td>{}<td>{}<td>{}",
                 executor.id,
                 executor.status.word(),
                 escaped(&executor.device),
                 escaped(&executor.driver),
+                executor.subpixel_bits.map_or("–".into(), |bits| format!("2^-{bits} texel")),
                 escaped(executor.reason.as_deref().unwrap_or_default()),
             ),
         );
@@ -96,7 +103,7 @@ fn scene(html: &mut String, report: &Report, entry: &SceneEntry) {
         format_args!(
             "<table><tr><th>method<th>layer<th>a<th>b<th class=\"number\">ΔE mean<th class=\"number\">ΔE 95 %\
              <th class=\"number\">RMS<th class=\"number\">RMS 64<th class=\"number\">total Y\
-             <th class=\"number\">FLIP<th>result"
+             <th class=\"number\">FLIP<th class=\"number\">oracle's standard error<th>result"
         ),
     );
     report.checks.iter().filter(|c| c.scene == entry.name).for_each(|c| check(html, c));
@@ -130,11 +137,16 @@ fn check(html: &mut String, check: &Check) {
             push(html, format_args!(" [{sign}{}]", number(&check.bound[name])));
         }
     }
-    let (class, word) = match (check.ok, check.bound.is_null()) {
+    let noise = Value::from(check.oracle_standard_error);
+    push(html, format_args!("<td class=\"number\">{}", number(&noise)));
+    let (class, mut word) = match (check.ok, check.bound.is_null()) {
         (false, _) => ("bad", check.problems.join("; ")),
         (true, true) => ("", "shown".into()),
         (true, false) => ("ok", "holds".into()),
     };
+    if check.within_oracle_noise == Some(true) {
+        word += ", within the oracle's noise";
+    }
     push(html, format_args!("<td class=\"{class}\">{}", escaped(&word)));
 }
 

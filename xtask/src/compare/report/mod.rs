@@ -3,12 +3,13 @@
 mod html;
 mod picture;
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use frame_plan::DeviceType;
 use serde::Serialize;
 use serde_json::Value;
+use spectral_cli::output::atomic_file::AtomicFile;
 
 use xtask::sabotage::Sabotage;
 
@@ -56,6 +57,10 @@ pub(crate) struct ExecutorEntry {
     pub(crate) device: String,
     /// Driver name and version, if there is one.
     pub(crate) driver: String,
+    /// What it computes on, if there is a device.
+    pub(crate) device_type: Option<DeviceType>,
+    /// It snaps vertices to 2^-this of a texel, which sets the bounds of parity; null where it does not say.
+    pub(crate) subpixel_bits: Option<u32>,
     /// Why it was skipped or failed.
     pub(crate) reason: Option<String>,
 }
@@ -86,6 +91,10 @@ pub(crate) struct Check {
     pub(crate) metrics: Value,
     /// What was asserted; null where the distance is only shown.
     pub(crate) bound: Value,
+    /// Where `b` is the oracle: its own standard error, of `rms_64` in a layer and of `flip_mean` in a picture.
+    pub(crate) oracle_standard_error: Option<f64>,
+    /// At least half of the squared distance is that error: nothing is known about the method's own.
+    pub(crate) within_oracle_noise: Option<bool>,
     /// Nothing is wrong.
     pub(crate) ok: bool,
     /// What is wrong, with the numbers.
@@ -159,13 +168,9 @@ impl Status {
     }
 }
 
-/// Write beside `path` and rename, so that readers see the old file or the new one.
+/// Readers see the old file or the new one.
 fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    let partial = path.with_extension(format!("partial-{}", std::process::id()));
-    let written = fs::write(&partial, bytes).and_then(|()| fs::rename(&partial, path));
-    if written.is_err() {
-        // It may not exist; the error to tell is the first one.
-        let _ = fs::remove_file(&partial);
-    }
-    written.with_context(|| format!("cannot write {}", path.display()))
+    AtomicFile::new(path)
+        .and_then(|file| file.write(|content| content.write_all(bytes)))
+        .with_context(|| format!("cannot write {}", path.display()))
 }

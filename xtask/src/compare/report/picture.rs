@@ -1,5 +1,7 @@
 //! Maps as PNG pictures inside the HTML.
 
+use spectral_cli::output::png;
+use spectral_cli::values::Size;
 use spectral_core::display::{Display, ToneMap, srgb8_from_linear_srgb};
 use xtask::metrics::Map;
 
@@ -13,14 +15,8 @@ pub(crate) struct Png {
 impl Png {
     /// Encode 8-bit sRGB.
     pub(crate) fn encode(size: [usize; 2], srgb8: &[[u8; 3]]) -> Self {
-        let mut bytes = Vec::new();
-        let mut encoder = png::Encoder::new(&mut bytes, size[0] as u32, size[1] as u32);
-        encoder.set_color(png::ColorType::Rgb);
-        encoder.set_depth(png::BitDepth::Eight);
-        encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        let mut writer = encoder.write_header().expect("the header goes into memory");
-        writer.write_image_data(srgb8.as_flattened()).expect("one triple a pixel, into memory");
-        writer.finish().expect("the end goes into memory");
+        let [width, height] = size.map(|n| n as u32);
+        let bytes = png::bytes(Size { width, height }, srgb8).expect("one triple a pixel, into memory");
         Self { size, bytes }
     }
 
@@ -39,13 +35,16 @@ pub(crate) fn shown(map: &Map<'_>, exposure: f64) -> Png {
 
 /// Y of `map` less Y of `reference`, `full_scale` lux being the strongest colour: red above, blue below, white equal.
 pub(crate) fn difference(map: &Map<'_>, reference: &Map<'_>, full_scale: f64) -> Png {
+    Png::encode(map.size, &difference_pixels(map, reference, full_scale))
+}
+
+fn difference_pixels(map: &Map<'_>, reference: &Map<'_>, full_scale: f64) -> Vec<[u8; 3]> {
     let pixel = |(m, r): (&[f32; 3], &[f32; 3])| {
         let share = ((f64::from(m[1]) - f64::from(r[1])) / full_scale).clamp(-1.0, 1.0);
         let (more, less) = (share.max(0.0), (-share).max(0.0));
         srgb8_from_linear_srgb([1.0 - less, 1.0 - more.max(less), 1.0 - more])
     };
-    let pixels: Vec<_> = map.xyz.iter().zip(reference.xyz).map(pixel).collect();
-    Png::encode(map.size, &pixels)
+    map.xyz.iter().zip(reference.xyz).map(pixel).collect()
 }
 
 /// RFC 4648, section 4.
@@ -79,10 +78,7 @@ mod tests {
     fn differences_are_white_red_and_blue() {
         let reference = [[1.0_f32; 3]; 3];
         let map = [[1.0; 3], [1.5; 3], [0.0; 3]];
-        let png = difference(&Map { size: [3, 1], xyz: &map }, &Map { size: [3, 1], xyz: &reference }, 0.5);
-        let mut reader = png::Decoder::new(std::io::Cursor::new(png.bytes)).read_info().unwrap();
-        let mut pixels = [0; 9];
-        reader.next_frame(&mut pixels).unwrap();
-        assert_eq!(pixels, [255, 255, 255, 255, 0, 0, 0, 0, 255]);
+        let [map, reference] = [&map, &reference].map(|xyz| Map { size: [3, 1], xyz });
+        assert_eq!(difference_pixels(&map, &reference, 0.5), [[255; 3], [255, 0, 0], [0, 0, 255]]);
     }
 }
