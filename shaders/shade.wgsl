@@ -92,7 +92,8 @@ fn radiance_at(sample: vec2<u32>) -> vec3<f32> {
         mat3x3<f32>(params.linear_srgb_from_x, params.linear_srgb_from_y, params.linear_srgb_from_z);
     let xyz_from_linear_srgb = mat3x3<f32>(params.xyz_from_r, params.xyz_from_g, params.xyz_from_b);
     let tint = surfaces[t.material].color * INVERSE_PI * glass_tint(texel, ray, hit.distance);
-    return xyz_from_linear_srgb * (tint * (linear_srgb_from_xyz * (light.direct + light.refracted)));
+    // Spectral light lies outside sRGB: times a colour it may leave XYZ's positive octant, which no light does.
+    return max(xyz_from_linear_srgb * (tint * (linear_srgb_from_xyz * (light.direct + light.refracted))), vec3<f32>(0.0));
 }
 
 @compute @workgroup_size(8, 8, 1)

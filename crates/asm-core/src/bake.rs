@@ -53,7 +53,6 @@ pub fn bake_plan(
         receivers: Receivers::Object(receiver),
         map_size: settings.map_size.unwrap_or(size[0].max(size[1]).clamp(least, most)),
         camera: None,
-        shadows: spectral_scene::Effects::required_by(scene).shadows.on,
     };
     let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
     let texels = u64::from(size[0]) * u64::from(size[1]);

@@ -28,7 +28,6 @@ pub(crate) struct Purpose {
     pub(crate) map_size: u32,
     /// A view besides the lights', which becomes the last in `views`.
     pub(crate) camera: Option<View>,
-    pub(crate) shadows: bool,
 }
 
 /// Where light may land, and what for.
@@ -101,9 +100,7 @@ pub(crate) fn light_setups(
     }
     let one = settings.prune && one_wavelength(scene, effects);
     let has_glass = geometry.triangles.len() > geometry.opaque as usize;
-    // A picture shows caustics on surfaces without texture coordinates too.
-    let called_for = effects.caustics.on || scene.receivers().next().is_none();
-    let caustic = !settings.prune || (has_glass && geometry.opaque > 0 && called_for);
+    let caustic = !settings.prune || (has_glass && geometry.opaque > 0 && effects.caustics.on);
     let mut setups = Vec::new();
     let mut first_band = 0;
     for index in chosen {
@@ -149,7 +146,7 @@ pub(crate) fn light_setups(
                 && (!settings.prune || faces_away(source, &geometry.triangles[geometry.opaque as usize..])),
             separate_direct: caustic
                 && (!settings.prune || source.nearest(geometry.opaque_corners(), REACH) < landing_from),
-            shadows: purpose.shadows || !settings.prune,
+            shadows: effects.shadows.on || !settings.prune,
             landing_from,
             landing_center: landing_center(source, geometry, purpose.receivers, landing_from),
             spot_axis: spot_axis.as_vec3(),

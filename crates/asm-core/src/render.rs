@@ -71,8 +71,6 @@ pub fn render_plan(
         receivers: Receivers::Opaque,
         map_size: settings.map_size.unwrap_or(DEFAULT_MAP_SIZES.0),
         camera: Some(camera_view(seen_by, UVec2::from(sampled), &space, REACH)),
-        // Shadows fall on surfaces that cannot be baked onto, too.
-        shadows: scene.opaque().next().is_some(),
     };
     let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
     let effects = Effects::required_by(scene);

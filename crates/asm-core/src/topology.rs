@@ -6,7 +6,8 @@ use spectral_scene::Mesh;
 /// What holds a refractor's surface together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Topology {
-    /// Every edge is run along as often one way as the other, once vertices at the same place are one.
+    /// Every edge is run along as often one way as the other, once vertices at the same place are one and so are equal
+    /// triangles.
     pub(crate) closed: bool,
     /// Closed, but its triangles face inwards.
     pub(crate) inside_out: bool,
@@ -16,10 +17,27 @@ impl Topology {
     /// `positions` are the mesh's vertices in any space of the mesh's own handedness.
     pub(crate) fn of(mesh: &Mesh, positions: &[DVec3]) -> Self {
         let welded = welded_indices(mesh);
+        // A triangle that is there twice is one surface.
+        let mut triangles: Vec<[u32; 3]> = mesh
+            .triangles
+            .iter()
+            .map(|t| {
+                let [a, b, c] = t.map(|v| welded[v as usize]);
+                let least = a.min(b).min(c);
+                if a == least {
+                    [a, b, c]
+                } else if b == least {
+                    [b, c, a]
+                } else {
+                    [c, a, b]
+                }
+            })
+            .collect();
+        triangles.sort_unstable();
+        triangles.dedup();
         // Each edge from its smaller to its larger end, +1 or -1 by direction.
         let mut edges: Vec<(u32, u32, i32)> = Vec::with_capacity(3 * mesh.triangles.len());
-        for triangle in &mesh.triangles {
-            let [a, b, c] = triangle.map(|v| welded[v as usize]);
+        for [a, b, c] in triangles {
             for (from, to) in [(a, b), (b, c), (c, a)] {
                 if from < to {
                     edges.push((from, to, 1));

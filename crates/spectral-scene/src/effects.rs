@@ -30,7 +30,7 @@ pub struct Effects {
     /// Light that leaves a refractor at its first outside reflection (the `reflected` layer of a bake). Metals
     /// are named in the reason: they are opaque here, mirror caustics of metal are not simulated.
     pub reflection: Effect,
-    /// Light redirected by a refractor that may land on a receiver.
+    /// Light redirected by a refractor that may land on an opaque object, with texture coordinates or without.
     pub caustics: Effect,
     /// Objects that may stand between a light and a receiver.
     pub shadows: Effect,
@@ -125,8 +125,8 @@ struct Survey<'a> {
     refractors: Vec<usize>,
     /// Refractors that a light may reach.
     lit_refractors: Vec<usize>,
-    /// Receivers that a light may reach without detour.
-    lit_receivers: Vec<usize>,
+    /// Opaque objects that a light may reach without detour.
+    lit_opaque: Vec<usize>,
 }
 
 impl<'a> Survey<'a> {
@@ -142,7 +142,7 @@ impl<'a> Survey<'a> {
         Self {
             scene,
             lit_refractors: refractors.iter().copied().filter(lit).collect(),
-            lit_receivers: scene.receivers().filter(has_faces).filter(lit).collect(),
+            lit_opaque: scene.opaque().filter(has_faces).filter(lit).collect(),
             refractors,
             lights,
         }
@@ -225,8 +225,8 @@ impl<'a> Survey<'a> {
         if self.lit_refractors.is_empty() {
             return off(format!("no light reaches {}", self.names(&self.refractors)));
         }
-        if self.scene.receivers().next().is_none() {
-            return off("no opaque object has texture coordinates");
+        if self.scene.opaque().next().is_none() {
+            return off("no opaque object to land on");
         }
         on(format!("{} in light", self.names(&self.lit_refractors)))
     }
@@ -235,11 +235,11 @@ impl<'a> Survey<'a> {
         if let Some(dark) = self.no_light() {
             return dark;
         }
-        if self.lit_receivers.is_empty() {
-            return off("no receiver in light");
+        if self.lit_opaque.is_empty() {
+            return off("no opaque object in light");
         }
         let opaque: Vec<usize> = self.scene.opaque().collect();
-        // A single flat receiver cannot shade itself.
+        // A single flat surface cannot shade itself.
         if self.refractors.is_empty() && opaque.len() == 1 && self.is_flat(opaque[0]) {
             return off(format!("nothing stands beside {}", self.name(opaque[0])));
         }
@@ -293,10 +293,11 @@ impl<'a> Survey<'a> {
                 self.names(&self.lit_refractors)
             ));
         }
-        if self.lit_receivers.is_empty() {
+        let lit: Vec<usize> = all.iter().copied().filter(|i| self.lit_opaque.contains(i)).collect();
+        if lit.is_empty() {
             return off(format!("no light reaches {}", self.names(&all)));
         }
-        on(format!("{} in light", self.names(&self.lit_receivers)))
+        on(format!("{} in light", self.names(&lit)))
     }
 
     fn point_or_spot_lights(&self) -> Effect {

@@ -118,6 +118,25 @@ fn a_receiver_behind_the_light_is_dark_until_glass_sends_light_there() {
 }
 
 #[test]
+fn shadows_and_caustics_fall_on_surfaces_without_texture_coordinates() {
+    let mut scene = scene("sphere");
+    let with = Effects::required_by(&scene);
+    scene.meshes.iter_mut().for_each(|mesh| mesh.uvs.clear());
+    let without = Effects::required_by(&scene);
+    assert_eq!((&without.caustics, &without.shadows), (&with.caustics, &with.shadows));
+    assert!(with.caustics.on && with.shadows.on);
+    assert_eq!(
+        without.receivers,
+        Effect { on: false, reason: "no opaque object has texture coordinates".into() }
+    );
+    // Glass alone has nothing to cast light onto.
+    scene.objects.retain(|object| object.name != "receiver");
+    let alone = Effects::required_by(&scene);
+    assert_eq!(alone.caustics, Effect { on: false, reason: "no opaque object to land on".into() });
+    assert_eq!(alone.shadows, Effect { on: false, reason: "no opaque object in light".into() });
+}
+
+#[test]
 fn refractors_outside_the_picture_need_no_deferred_refraction() {
     let mut scene = scene("sphere");
     scene.cameras = vec![Camera::look_at(DVec3::new(0.0, 0.08, 1.0), DVec3::new(0.0, 0.08, 2.0))];

@@ -208,6 +208,8 @@ impl Inputs<'_> {
         let tint = self.surfaces[t.material as usize].color
             * std::f32::consts::FRAC_1_PI
             * self.glass_tint(sample, ray, hit.distance);
-        xyz_from_linear_srgb * (tint * (linear_srgb_from_xyz * (light.direct + light.refracted)))
+        let xyz = xyz_from_linear_srgb * (tint * (linear_srgb_from_xyz * (light.direct + light.refracted)));
+        // Spectral light lies outside sRGB: times a colour it may leave XYZ's positive octant, which no light does.
+        xyz.max(Vec3::ZERO)
     }
 }

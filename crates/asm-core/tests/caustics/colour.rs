@@ -67,6 +67,18 @@ fn wavelengths_land_in_the_order_of_their_indices() {
 }
 
 #[test]
+fn pictures_of_spectral_light_on_coloured_walls_are_never_negative() {
+    // 510 nm lies far outside sRGB: on a red wall its linear sRGB times the wall's has a negative X and Y.
+    let mut scene = spectral_scene::bundled("diamond").unwrap();
+    for nm in [450.0, 510.0, 620.0] {
+        scene.lights[0].spectrum = LightSpectrum::line(nm).unwrap();
+        // `picture` asserts that nothing is below 0.
+        let picture = picture(&scene, &Settings { emission_size: 64, ..Settings::default() });
+        assert!(picture.xyz.iter().any(|t| t[1] > 0.0), "{nm} nm: something to see");
+    }
+}
+
+#[test]
 fn a_line_light_keeps_its_own_chromaticity() {
     let mut scene = spectral_scene::bundled("sphere").unwrap();
     scene.lights[0].spectrum = LightSpectrum::line(546.1).unwrap();

@@ -97,6 +97,29 @@ fn triangles_without_area_and_duplicates_change_nothing() {
     }
     // Duplicated corners in opposite order would be a second surface; these are the same one.
     assert_eq!(bake(&messy, 32, &few()).0, bake(&scene, 32, &few()).0);
+    // Nor do they open a closed surface, or hide that it is inside out.
+    let reasons = |scene: &Scene| -> Vec<String> {
+        plan(scene, 32, &few()).plan.decisions.into_iter().map(|d| d.reason).collect()
+    };
+    assert_eq!(reasons(&messy), reasons(&scene));
+    messy.meshes.iter_mut().flat_map(|m| &mut m.triangles).for_each(|t| t.swap(1, 2));
+    assert!(
+        reasons(&messy).iter().any(|r| r.contains("`gem` is closed and inside out")),
+        "{:?}",
+        reasons(&messy)
+    );
+}
+
+#[test]
+fn pictures_need_no_texture_coordinates() {
+    let scene = spectral_scene::bundled("sphere").unwrap();
+    let mut bare = scene.clone();
+    bare.meshes.iter_mut().for_each(|mesh| mesh.uvs.clear());
+    let wanted = picture(&scene, &few());
+    assert!(wanted == picture(&bare, &few()), "shadow and caustic are those of the scene with coordinates");
+    // And both are there: without the glass the picture is another one.
+    bare.objects.retain(|object| object.name == "receiver");
+    assert!(wanted != picture(&bare, &few()));
 }
 
 fn scaled(scene: &Scene, factor: f64) -> Scene {

@@ -167,7 +167,7 @@ pub(crate) fn picture_of(scene: &Scene, size: [u32; 2], settings: &Settings) -> 
     for light in &statistics.lights {
         assert!(light.ledgers.iter().all(|ledger| ledger.balances()), "{:?}", light.ledgers);
     }
-    assert!(picture.xyz.iter().flatten().all(|v| v.is_finite()));
+    assert!(picture.xyz.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
     picture
 }
 

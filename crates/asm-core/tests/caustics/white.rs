@@ -118,6 +118,43 @@ fn a_sphere_s_caustic_has_no_holes() {
 }
 
 #[test]
+fn an_index_just_above_one_passes_all_but_its_fresnel_loss() {
+    // ((n - 1) / (n + 1))^2 twice, 2.5e-13 at n - 1 = 1e-6: the direct light up to rounding, as with n = 1, and nothing is lost.
+    for (n, loss) in [(1.0 + 1e-6, 0.0), (1.0001, 5e-9), (1.01, 2.0 * (0.01_f64 / 2.01).powi(2))] {
+        let scene = plate_over_floor(glass(n), 1.0, sun(DVec3::NEG_Y));
+        let (maps, statistics) = bake(&scene, 32, &aligned(128));
+        for texel in &maps.refracted {
+            let got = f64::from(texel[1]);
+            assert!((got - (1.0 - loss)).abs() < 5e-7, "n {n}: {got}");
+        }
+        let ledgers = &statistics.lights[0].ledgers;
+        assert!(ledgers.iter().all(|l| l.total_reflection.flux + l.wrong_side.flux + l.no_exit.flux == 0));
+    }
+}
+
+#[test]
+fn strong_dispersion_follows_fresnel_at_every_wavelength() {
+    // V_d 10 (KHR_materials_dispersion 2), 55 and infinity: a plate across the light passes (1 - R(n))^2 of each line.
+    for khr_dispersion in [2.0, 20.0 / 55.0, 0.0] {
+        let dispersion = Dispersion::from_khr(1.6, khr_dispersion).unwrap();
+        let mut material = glass(1.0);
+        material.dispersion = dispersion.clone();
+        let mut scene = plate_over_floor(material, 1.0, sun(DVec3::NEG_Y));
+        for nm in [400.0, 486.13, 587.56, 700.0] {
+            scene.lights[0].spectrum = spectral_core::light::LightSpectrum::line(nm).unwrap();
+            let (maps, _) = bake(&scene, 16, &aligned(64));
+            let n = dispersion.ior(nm);
+            // Between the plate's surfaces light is reflected to and fro; caustics mapping follows the first way through.
+            let wanted = (1.0 - ((n - 1.0) / (n + 1.0)).powi(2)).powi(2);
+            for texel in &maps.refracted {
+                let got = f64::from(texel[1]);
+                assert!((got - wanted).abs() < 1e-6, "dispersion {khr_dispersion}, {nm} nm: {got} {wanted}");
+            }
+        }
+    }
+}
+
+#[test]
 fn clear_plates_follow_fresnel() {
     for (angle_deg, n) in [(0.0_f64, 1.5), (0.0, 2.4), (30.0, 1.5), (60.0, 1.33)] {
         let (sin, cos) = angle_deg.to_radians().sin_cos();
