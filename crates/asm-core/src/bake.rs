@@ -30,6 +30,9 @@ pub struct BakePlan {
 /// Size of the map where the settings leave it open: at least the first, at most the second.
 pub(crate) const DEFAULT_MAP_SIZES: (u32, u32) = (512, 2048);
 
+/// Most samples per texel of a bake, along each side, that a fine map calls for: one thread takes all of a texel's.
+const MOST_SAMPLES: u32 = 128;
+
 /// A plan that bakes onto `receiver`, an index into [`Scene::objects`], `size` texels in u and v.
 ///
 /// Subsamples count where a triangle covers them in UV space; texels that no sample covers stay 0.
@@ -56,9 +59,11 @@ pub fn bake_plan(
     };
     let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
     let texels = u64::from(size[0]) * u64::from(size[1]);
-    // Fewer samples where the texture that holds them would be too large.
+    // Texels are means: as fine as the map, lest they miss what lies between. Fewer samples where the texture that holds them
+    // would be too large.
+    let as_fine = purpose.map_size.div_ceil(size[0].min(size[1])).min(MOST_SAMPLES);
     let fitting = limits.max_texture_size / size[0].max(size[1]);
-    let samples = settings.bake_samples.min(fitting.max(1));
+    let samples = settings.bake_samples.max(as_fine).min(fitting.max(1));
     let sampled = size.map(|s| s * samples);
     let uv_visible =
         caustics.resources.texture("uv", TextureFormat::R32Uint, sampled, 1, "the bake's size")?;

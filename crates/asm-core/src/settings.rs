@@ -83,7 +83,8 @@ pub struct Settings {
     pub interfaces: Interfaces,
     /// How a photon is put into the map.
     pub splat: Splat,
-    /// Samples per texel of a bake, along each side; fewer where the device has no texture for them.
+    /// Samples per texel of a bake, along each side; more where the map is finer, fewer where the device has no texture for
+    /// them.
     pub bake_samples: u32,
     /// Samples per pixel of a picture, along each side; fewer where the device has no texture for them.
     pub picture_samples: u32,

@@ -94,6 +94,22 @@ fn edges_are_as_bright_as_the_middle_whatever_the_light_and_the_spacing() {
 }
 
 #[test]
+fn texels_are_means_however_large() {
+    // The map is finer than the bake: a few samples per texel would miss most of it.
+    let scene = spectral_scene::bundled("gem").unwrap();
+    let mean = |size: u32| {
+        let settings = Settings { emission_size: 256, ..Settings::default() };
+        let refracted = bake(&scene, size, &settings).0.refracted;
+        total(&refracted)[1] / refracted.len() as f64
+    };
+    let fine = mean(256);
+    // A single texel has samples for every fourth of the map's columns and rows only.
+    for (size, bound) in [(1, 1e-2), (4, 2e-3), (32, 2e-3)] {
+        assert!((mean(size) / fine - 1.0).abs() < bound, "{size}: {} {fine}", mean(size));
+    }
+}
+
+#[test]
 fn a_sphere_s_caustic_has_no_holes() {
     // Behind the focus light diverges. Photons land up to five texels of the map apart, where point splats leave holes; a
     // search for the exit that ends too early displaces whole facets' light.
