@@ -6,7 +6,6 @@ use glam::{DVec3, Vec2, Vec3};
 use spectral_scene::Scene;
 
 use crate::shared::triangle::{TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle};
-use crate::topology::Topology;
 use crate::{PlanError, WorkingSpace};
 
 /// Most triangles in a plan: CPU mirrors see visibility buffers as f32.
@@ -65,7 +64,7 @@ impl Geometry {
         let mut inside_out = false;
         if material.is_refractor() {
             flags |= TRIANGLE_REFRACTS;
-            let topology = Topology::of(mesh, &world.positions);
+            let topology = scene.topology(object);
             inside_out = topology.inside_out;
             if inside_out {
                 self.turned.push(object);

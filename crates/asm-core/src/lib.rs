@@ -20,7 +20,6 @@ mod settings;
 pub mod shared;
 mod space;
 mod statistics;
-mod topology;
 mod update;
 mod view_fit;
 

@@ -67,52 +67,56 @@ impl Coarse {
     }
 }
 
-/// XYZ flux per texel of one receiver, refracted and reflected.
+/// XYZ flux per texel of one receiver, in one layer.
 pub(crate) struct ReceiverFilm<'a> {
     world: &'a World,
     texels: &'a Texels,
-    /// Lumens per texel, refracted and reflected, all replicates together.
-    pub(crate) flux: [Vec<[f64; 3]>; 2],
-    pub(crate) coarse: [Coarse; 2],
+    layer: Layer,
+    /// Lumens per texel, all replicates together.
+    pub(crate) flux: Vec<[f64; 3]>,
+    pub(crate) coarse: Coarse,
 }
 
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Deposit {
     texel: u32,
-    layer: u8,
     xyz: [f64; 3],
 }
 
 pub(crate) struct ReceiverSink<'a> {
     world: &'a World,
     texels: &'a Texels,
+    layer: Layer,
     deposits: Vec<Deposit>,
 }
 
 impl<'a> ReceiverFilm<'a> {
-    pub(crate) fn new(world: &'a World, texels: &'a Texels) -> Self {
-        let count = texels.areas.len();
-        let coarse = Coarse::new(texels.width, texels.height);
-        Self {
-            world,
-            texels,
-            flux: [vec![[0.0; 3]; count], vec![[0.0; 3]; count]],
-            coarse: [coarse.clone(), coarse],
-        }
+    pub(crate) fn new(world: &'a World, texels: &'a Texels, layer: Layer) -> Self {
+        let flux = vec![[0.0; 3]; texels.areas.len()];
+        Self { world, texels, layer, flux, coarse: Coarse::new(texels.width, texels.height) }
+    }
+
+    /// Irradiance, XYZ with Y in lux; `scale` is for the number of paths.
+    pub(crate) fn irradiance(&self, scale: f64) -> Vec<[f64; 3]> {
+        let texel = |(xyz, &area): (&[f64; 3], &f64)| {
+            if area > 0.0 { xyz.map(|v| v * scale / area) } else { [0.0; 3] }
+        };
+        self.flux.iter().zip(&self.texels.areas).map(texel).collect()
     }
 }
 
 impl Sink for ReceiverSink<'_> {
     fn land(&mut self, landing: &Landing) -> bool {
         let Some(texel) = self.texels.texel(self.world, landing.hit) else { return false };
-        let mut xyz = [0.0; 3];
-        for (lane, power) in landing.lanes.iter().zip(landing.powers) {
-            for (sum, value) in xyz.iter_mut().zip(lane.xyz) {
-                *sum += value * power * landing.flux;
+        if landing.layer == self.layer {
+            let mut xyz = [0.0; 3];
+            for (lane, power) in landing.lanes.iter().zip(landing.powers) {
+                for (sum, value) in xyz.iter_mut().zip(lane.xyz) {
+                    *sum += value * power * landing.flux;
+                }
             }
+            self.deposits.push(Deposit { texel, xyz });
         }
-        let layer = u8::from(landing.layer == Layer::Reflected);
-        self.deposits.push(Deposit { texel, layer, xyz });
         true
     }
 }
@@ -125,7 +129,11 @@ impl Film for ReceiverFilm<'_> {
         Self: 'b;
 
     fn sink(&self, _lamp: usize) -> ReceiverSink<'_> {
-        ReceiverSink { world: self.world, texels: self.texels, deposits: Vec::new() }
+        ReceiverSink { world: self.world, texels: self.texels, layer: self.layer, deposits: Vec::new() }
+    }
+
+    fn brightness(sink: &ReceiverSink<'_>) -> f64 {
+        sink.deposits.iter().map(|deposit| deposit.xyz[1]).sum()
     }
 
     fn deposits(sink: ReceiverSink<'_>) -> Vec<Deposit> {
@@ -133,12 +141,12 @@ impl Film for ReceiverFilm<'_> {
     }
 
     fn add(&mut self, replicate: usize, deposits: Vec<Deposit>) {
-        for Deposit { texel, layer, xyz } in deposits {
-            let (at, layer) = (texel as usize, usize::from(layer));
-            for (sum, value) in self.flux[layer][at].iter_mut().zip(xyz) {
+        for Deposit { texel, xyz } in deposits {
+            let at = texel as usize;
+            for (sum, value) in self.flux[at].iter_mut().zip(xyz) {
                 *sum += value;
             }
-            self.coarse[layer].add(replicate, texel, xyz[1] / self.texels.areas[at]);
+            self.coarse.add(replicate, texel, xyz[1] / self.texels.areas[at]);
         }
     }
 }

@@ -12,7 +12,8 @@
 //! measured to the first glass or to the receiver, there is nothing.
 //!
 //! Sampling is by Owen-scrambled Sobol points in four independent replicates, whose spread is the standard error.
-//! Nothing is decided by chance on the way: at an interface the reflected and the refracted part both go on.
+//! At an interface the reflected and the refracted part both go on; where one is weak, chance decides whether it goes on
+//! stronger or leaves its power to the other.
 //!
 //! # Glass
 //!
@@ -38,6 +39,7 @@
 //!
 //! The same seed gives the same bits on any number of threads.
 
+mod aim;
 mod bake;
 mod direct;
 mod error;

@@ -13,7 +13,7 @@ use crate::ledger::Tally;
 use crate::shade::{EyeSink, LightMaps};
 use crate::shoot::Shooter;
 use crate::sobol::{Sequence, mix};
-use crate::trace::{EYE_CUTOFF, Emission, Tracer};
+use crate::trace::{Emission, Limits, Tracer};
 use crate::tree::Pending;
 use crate::world::World;
 
@@ -118,8 +118,8 @@ fn rendered(
     let lamps: Vec<Lamp> =
         scene.lights.iter().map(|l| Lamp::new(l, settings.observer, settings.step_nm, &world)).collect();
     let mut maps = LightMaps::new(scene, &world, &lamps, settings.bake_size);
-    let shooter =
-        Shooter::new(&world, &lamps, Bundle::all(scene, &world, &lamps), settings.bounces, settings.seed);
+    let limits = Limits::of_light(settings.bounces);
+    let shooter = Shooter::new(&world, &lamps, Bundle::all(scene, &world, &lamps), limits, settings.seed);
     let mut tally = Tally::new(settings.bounces);
     let mut units = 0;
     if !shooter.is_idle() {
@@ -187,7 +187,7 @@ impl View {
         let mut rays = 0;
         for (lamp_index, lamp) in lamps.iter().enumerate() {
             let sink = EyeSink { maps, lamp, lamp_index, pending: Pending::default(), xyz: [0.0; 3] };
-            let mut tracer = Tracer::new(world, settings.bounces, EYE_CUTOFF, sink);
+            let mut tracer = Tracer::new(world, Limits::of_eye(settings.bounces), sink);
             // XYZ of the wavelengths drawn for this pixel; by its ratio to the light's, white stays white.
             let mut drawn = [0.0; 3];
             for index in 0..samples {
@@ -210,6 +210,7 @@ impl View {
                     target: None,
                     range_m: f64::INFINITY,
                     lanes,
+                    chance: sequence.chance(index),
                 });
             }
             rays += tracer.tally.counts.rays;

@@ -121,6 +121,10 @@ impl Film for LightMaps<'_> {
         BandSink { maps: self, lamp, deposits: Vec::new() }
     }
 
+    fn brightness(sink: &BandSink<'_>) -> f64 {
+        sink.deposits.iter().map(|deposit| deposit.flux).sum()
+    }
+
     fn deposits(sink: BandSink<'_>) -> Vec<BandDeposit> {
         sink.deposits
     }

@@ -5,10 +5,11 @@
 
 use rayon::prelude::*;
 
+use crate::aim::{Aim, Find};
 use crate::lamp::{Bundle, Lamp};
 use crate::ledger::Tally;
 use crate::sobol::{Sequence, mix};
-use crate::trace::{Emission, LIGHT_CUTOFF, Sink, Tracer};
+use crate::trace::{Emission, Limits, Sink, Tracer};
 use crate::world::World;
 
 /// Independent randomisations: enough for an estimate of the error over thousands of texels, few enough to leave
@@ -20,6 +21,10 @@ const BLOCK: u32 = 1 << 16;
 /// Paths per chunk.
 const CHUNK: usize = 256;
 
+/// Paths sent in advance per cell, and the most per bundle.
+const SCOUTS_PER_CELL: u64 = 16;
+const MAX_SCOUTS: u64 = 1 << 18;
+
 /// Collects what lands.
 pub(crate) trait Film: Sync {
     type Deposit: Send;
@@ -29,6 +34,8 @@ pub(crate) trait Film: Sync {
 
     /// A place for the deposits of one chunk of one lamp's light.
     fn sink(&self, lamp: usize) -> Self::Sink<'_>;
+    /// Flux of a sink's deposits, lumens.
+    fn brightness(sink: &Self::Sink<'_>) -> f64;
     fn deposits(sink: Self::Sink<'_>) -> Vec<Self::Deposit>;
     fn add(&mut self, replicate: usize, deposits: Vec<Self::Deposit>);
 }
@@ -40,7 +47,9 @@ pub(crate) struct Shooter<'a> {
     bundles: Vec<Bundle>,
     /// Paths of each bundle per unit of effort.
     per_unit: Vec<u32>,
-    bounces: u32,
+    /// Where the paths of each bundle go; `None` is everywhere alike.
+    aims: Vec<Option<Aim>>,
+    limits: Limits,
     seed: u64,
 }
 
@@ -56,7 +65,7 @@ impl<'a> Shooter<'a> {
         world: &'a World,
         lamps: &'a [Lamp],
         bundles: Vec<Bundle>,
-        bounces: u32,
+        limits: Limits,
         seed: u64,
     ) -> Self {
         let total: f64 = bundles.iter().map(|b| b.flux).sum();
@@ -68,7 +77,51 @@ impl<'a> Shooter<'a> {
                 bundles.iter().map(|b| (b.flux / total * units).round().max(1.0) as u32).collect()
             }
         };
-        Self { world, lamps, bundles, per_unit, bounces, seed }
+        let aims = vec![None; bundles.len()];
+        Self { world, lamps, bundles, per_unit, aims, limits, seed }
+    }
+
+    /// Finds out, with up to so many paths per bundle, where those come from that bring light to the film; `even` is
+    /// the share of paths that goes everywhere alike nevertheless.
+    pub(crate) fn aim<F: Film>(&mut self, film: &F, paths: u64, even: f64) {
+        // Some paths per cell, and a power of four cells.
+        let level = (paths.clamp(1, MAX_SCOUTS) / SCOUTS_PER_CELL).checked_ilog(4).unwrap_or(0);
+        let side = 1_usize << level;
+        let scouts = (side * side) as u32 * SCOUTS_PER_CELL as u32;
+        self.aims = (0..self.bundles.len())
+            .map(|bundle| {
+                let sequence = Sequence::new(mix(mix(self.seed ^ 0x5c0_0715) ^ bundle as u64));
+                let mut finds = vec![Find::default(); side * side];
+                let indices: Vec<u32> = (0..scouts).collect();
+                let found: Vec<Vec<(usize, f64, u64)>> = indices
+                    .par_chunks(CHUNK)
+                    .map(|chunk| {
+                        chunk.iter().map(|&i| self.scout(bundle, &sequence, i, side, film)).collect()
+                    })
+                    .collect();
+                for (cell, flux, rays) in found.into_iter().flatten() {
+                    finds[cell].squares += flux * flux;
+                    finds[cell].rays += rays;
+                }
+                Aim::new(side, &finds, even)
+            })
+            .collect();
+    }
+
+    /// The cell of a path, what it brings and how many rays it takes.
+    fn scout<F: Film>(
+        &self,
+        bundle: usize,
+        sequence: &Sequence,
+        index: u32,
+        side: usize,
+        film: &F,
+    ) -> (usize, f64, u64) {
+        let lamp = self.bundles[bundle].lamp;
+        let mut tracer = Tracer::new(self.world, self.limits, film.sink(lamp));
+        self.send(&mut tracer, bundle, sequence, index);
+        let [s, t, _] = sequence.point(index);
+        (Aim::cell(side, [s, t]), F::brightness(&tracer.sink), tracer.tally.counts.rays)
     }
 
     pub(crate) fn is_idle(&self) -> bool {
@@ -91,6 +144,11 @@ impl<'a> Shooter<'a> {
     /// What sums must be multiplied with after so many units.
     pub(crate) fn scale(&self, units: u64) -> f64 {
         1.0 / (units.max(1) as f64 * REPLICATES as f64)
+    }
+
+    /// The same for the sums of one replicate, which has seen its own share of the paths only.
+    pub(crate) fn replicate_scale(&self, units: u64) -> f64 {
+        self.scale(units) * REPLICATES as f64
     }
 
     /// Adds the effort from one number of units up to another. `done` hears the share finished.
@@ -150,27 +208,33 @@ impl<'a> Shooter<'a> {
         chunk: &[(u32, u32)],
         film: &F,
     ) -> (Vec<F::Deposit>, Tally) {
-        let bundle = &self.bundles[block.bundle];
-        let lamp = &self.lamps[bundle.lamp];
-        let weight = 1.0 / f64::from(self.per_unit[block.bundle]);
-        let mut tracer = Tracer::new(self.world, self.bounces, LIGHT_CUTOFF, film.sink(bundle.lamp));
+        let lamp = self.bundles[block.bundle].lamp;
+        let mut tracer = Tracer::new(self.world, self.limits, film.sink(lamp));
         for &(_, index) in chunk {
-            let [s, t, w] = sequence.point(index);
-            let (origin, direction, flux) = bundle.path(lamp, [s, t]);
-            if flux <= 0.0 {
-                continue;
-            }
-            tracer.trace(&Emission {
-                origin,
-                direction,
-                flux: flux * weight,
-                nesting: bundle.nesting,
-                target: Some(bundle.target),
-                range_m: bundle.range_m,
-                lanes: lamp.spectrum.lanes(w),
-            });
+            self.send(&mut tracer, block.bundle, sequence, index);
         }
         (F::deposits(tracer.sink), tracer.tally)
+    }
+
+    fn send<S: Sink>(&self, tracer: &mut Tracer<S>, at: usize, sequence: &Sequence, index: u32) {
+        let bundle = &self.bundles[at];
+        let lamp = &self.lamps[bundle.lamp];
+        let [s, t, w] = sequence.point(index);
+        let (place, density) = self.aims[at].as_ref().map_or(([s, t], 1.0), |aim| aim.place([s, t]));
+        let (origin, direction, flux) = bundle.path(lamp, place);
+        if flux <= 0.0 {
+            return;
+        }
+        tracer.trace(&Emission {
+            origin,
+            direction,
+            flux: flux / (density * f64::from(self.per_unit[at])),
+            nesting: bundle.nesting,
+            target: Some(bundle.target),
+            range_m: bundle.range_m,
+            lanes: lamp.spectrum.lanes(w),
+            chance: sequence.chance(index),
+        });
     }
 }
 

@@ -57,6 +57,7 @@ pub(crate) const fn mix(mut x: u64) -> u64 {
 /// One randomisation of the sequence; seeds give independent ones.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Sequence {
+    seed: u64,
     seeds: [u64; DIMENSIONS],
 }
 
@@ -66,7 +67,12 @@ impl Sequence {
         for (dimension, slot) in seeds.iter_mut().enumerate() {
             *slot = mix(mix(seed) ^ dimension as u64);
         }
-        Self { seeds }
+        Self { seed, seeds }
+    }
+
+    /// Chance for what is not worth a dimension, another one for each index.
+    pub(crate) fn chance(&self, index: u32) -> Chance {
+        Chance(mix(self.seed ^ mix(u64::from(index) << 1 | 1)))
     }
 
     /// The point of an index below 2^32, each coordinate in the open unit interval.
@@ -96,6 +102,18 @@ fn scramble(bits: u32, seed: u64) -> u32 {
         flips |= ((mix(seed ^ prefix) >> 63) as u32) << (31 - bit);
     }
     bits ^ flips
+}
+
+/// Independent random numbers.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Chance(u64);
+
+impl Chance {
+    /// In [0, 1).
+    pub(crate) fn next(&mut self) -> f64 {
+        self.0 = mix(self.0);
+        (self.0 >> 11) as f64 / (1_u64 << 53) as f64
+    }
 }
 
 #[cfg(test)]

@@ -1,8 +1,9 @@
 //! One path of light through the scene, split at every interface.
 //!
-//! Nothing is left to chance here: at an interface both the refracted and the reflected part go on, each with its
-//! share of the power, so every end is accounted for. Wavelengths travel together until a dispersive interface
-//! refracts them apart.
+//! At an interface both the refracted and the reflected part go on, each with its share of the power. Where one share
+//! would be weak, chance decides whether it goes on at a strength worth tracing or hands its power to the other, in
+//! proportion: no power is made or lost, so every end is accounted for. Wavelengths travel together until a dispersive
+//! interface refracts them apart.
 //!
 //! # How far light is followed
 //!
@@ -18,15 +19,23 @@ use glam::DVec3;
 use crate::ledger::{End, Tally};
 use crate::medium::Nesting;
 use crate::optics;
+use crate::sobol::Chance;
 use crate::spectrum::{LANES, Lane, Lanes};
 use crate::tree::{Pending, Ray};
 use crate::world::{Hit, Start, StartKind, World};
 
 /// Share of a wavelength's power below which light is not followed: between three and four reflections at glass.
-pub(crate) const LIGHT_CUTOFF: f64 = 1e-5;
+const LIGHT_CUTOFF: f64 = 1e-5;
 
 /// The same for eye rays, where nothing is focused.
-pub(crate) const EYE_CUTOFF: f64 = 1e-3;
+const EYE_CUTOFF: f64 = 1e-3;
+
+/// Share of a wavelength's power below which light is not split further: half of what glass reflects of light that
+/// comes straight at it.
+const LIGHT_SPLIT: f64 = 0.02;
+
+/// Eye rays always split: a pixel has few of them.
+const EYE_SPLIT: f64 = 0.0;
 
 /// Interfaces on one path, beside those that the number of bounces calls for.
 const MAX_DEPTH: u32 = 64;
@@ -121,13 +130,44 @@ pub(crate) struct Emission {
     /// Light ends here, metres from the origin.
     pub(crate) range_m: f64,
     pub(crate) lanes: Lanes,
+    pub(crate) chance: Chance,
+}
+
+/// How far paths are followed.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Limits {
+    /// Reflections inside glass in a row.
+    pub(crate) bounces: u32,
+    /// Branches weaker than this are given up.
+    pub(crate) cutoff: f64,
+    /// Branches weaker than this come about by chance.
+    pub(crate) split: f64,
+    /// Light that enters glass is not followed.
+    pub(crate) outside_only: bool,
+}
+
+impl Limits {
+    /// For light on its way to receivers.
+    pub(crate) fn of_light(bounces: u32) -> Self {
+        Self { bounces, cutoff: LIGHT_CUTOFF, split: LIGHT_SPLIT, outside_only: false }
+    }
+
+    /// For rays from the eye.
+    pub(crate) fn of_eye(bounces: u32) -> Self {
+        Self { bounces, cutoff: EYE_CUTOFF, split: EYE_SPLIT, outside_only: false }
+    }
+
+    /// For light that glass reflects outside, and nothing else.
+    pub(crate) fn of_outside_reflections(bounces: u32) -> Self {
+        Self { outside_only: true, ..Self::of_light(bounces) }
+    }
 }
 
 /// Traces paths and keeps the books.
 pub(crate) struct Tracer<'a, S> {
     world: &'a World,
-    bounces: u32,
-    cutoff: f64,
+    limits: Limits,
+    chance: Chance,
     pending: Pending,
     branches: Vec<Branch>,
     pub(crate) tally: Tally,
@@ -135,14 +175,14 @@ pub(crate) struct Tracer<'a, S> {
 }
 
 impl<'a, S: Sink> Tracer<'a, S> {
-    pub(crate) fn new(world: &'a World, bounces: u32, cutoff: f64, sink: S) -> Self {
+    pub(crate) fn new(world: &'a World, limits: Limits, sink: S) -> Self {
         Self {
             world,
-            bounces,
-            cutoff,
+            limits,
+            chance: Chance::default(),
             pending: Pending::default(),
             branches: Vec::new(),
-            tally: Tally::new(bounces),
+            tally: Tally::new(limits.bounces),
             sink,
         }
     }
@@ -151,6 +191,7 @@ impl<'a, S: Sink> Tracer<'a, S> {
         for lane in &emission.lanes.lanes[..emission.lanes.len] {
             self.tally.emit(lane.lambda_nm, emission.flux * lane.power);
         }
+        self.chance = emission.chance;
         let start = Start::free(emission.nesting);
         let mut branch = Branch {
             origin: emission.origin,
@@ -171,10 +212,14 @@ impl<'a, S: Sink> Tracer<'a, S> {
         match hit {
             Some(hit) if meant(&hit) => {
                 // A light inside glass has been in glass from the beginning.
-                if emission.nesting.medium().is_some() {
+                let inside = emission.nesting.medium().is_some();
+                if inside {
                     branch.layer = Layer::Refracted;
                 }
-                self.interact(emission, branch, &hit);
+                match inside && self.limits.outside_only {
+                    true => self.truncate(emission, &branch),
+                    false => self.interact(emission, branch, &hit),
+                }
             }
             _ => self.end(emission, &branch, End::Passed),
         }
@@ -231,7 +276,7 @@ impl<'a, S: Sink> Tracer<'a, S> {
             self.land(emission, &branch, hit);
             return;
         }
-        if branch.depth >= MAX_DEPTH + 4 * self.bounces {
+        if branch.depth >= MAX_DEPTH + 4 * self.limits.bounces {
             self.truncate(emission, &branch);
             return;
         }
@@ -272,45 +317,80 @@ impl<'a, S: Sink> Tracer<'a, S> {
         let dispersive = media.iter().flatten().any(|m| m.dispersive);
         // Wavelengths that bend alike stay together.
         let together = if dispersive { 1 } else { last - first };
+        let cos_i = -branch.direction.dot(surface.shading);
         let mut reflected = Branch { powers: [0.0; LANES], ..*branch };
+        let mut refracted = Branch {
+            start: surface.start(StartKind::Refracted, surface.to),
+            origin: surface.position,
+            layer: Layer::Refracted,
+            inside: if surface.from.is_none() { 0 } else { branch.inside },
+            ..*branch
+        };
+        let mut directions = [branch.direction; LANES];
         for group in (first..last).step_by(usize::from(together)) {
             let lambda_nm = emission.lanes.lanes[usize::from(group)].lambda_nm;
             let [n_from, n_to] = media.map(|m| m.map_or(1.0, |m| m.ior(lambda_nm)));
-            let mut refracted = Branch {
-                lanes: (group, group + together),
-                start: surface.start(StartKind::Refracted, surface.to),
-                origin: surface.position,
-                layer: Layer::Refracted,
-                inside: if surface.from.is_none() { 0 } else { branch.inside },
-                ..*branch
-            };
             // No step in the index is no interface, however the smooth normal leans.
-            let mut reflectance = 0.0;
-            if n_from != n_to {
-                let cos_i = -branch.direction.dot(surface.shading);
-                if cos_i <= 0.0 {
-                    self.lose_wrong_side(emission, &refracted);
-                    continue;
-                }
-                let eta = n_from / n_to;
-                let at = optics::interface(cos_i, eta);
-                reflectance = at.reflectance;
-                if at.cos_t > 0.0 {
-                    refracted.direction =
-                        optics::refract(branch.direction, surface.shading, cos_i, eta, at.cos_t);
-                } else {
-                    self.tally.counts.total_reflections += u64::from(together);
-                }
+            if n_from == n_to {
+                continue;
             }
-            for l in refracted.lanes_range() {
-                reflected.powers[l] = branch.powers[l] * reflectance;
+            let lanes = usize::from(group)..usize::from(group + together);
+            if cos_i <= 0.0 {
+                self.lose_wrong_side(emission, &Branch { lanes: (group, group + together), ..*branch });
+                refracted.powers[lanes].fill(0.0);
+                continue;
+            }
+            let eta = n_from / n_to;
+            let at = optics::interface(cos_i, eta);
+            if at.cos_t > 0.0 {
+                directions[usize::from(group)] =
+                    optics::refract(branch.direction, surface.shading, cos_i, eta, at.cos_t);
+            } else {
+                self.tally.counts.total_reflections += u64::from(together);
+            }
+            for l in lanes {
+                reflected.powers[l] = branch.powers[l] * at.reflectance;
                 refracted.powers[l] = branch.powers[l] - reflected.powers[l];
             }
-            if reflectance < 1.0 {
+        }
+        if self.limits.outside_only {
+            self.end(emission, &refracted, End::Truncated);
+            self.reflect(emission, reflected, surface);
+            return;
+        }
+        self.thin_out(&mut reflected, &mut refracted);
+        for group in (first..last).step_by(usize::from(together)) {
+            refracted.lanes = (group, group + together);
+            if refracted.lanes_range().any(|l| refracted.powers[l] > 0.0) {
+                refracted.direction = directions[usize::from(group)];
                 self.go_through(emission, refracted, surface);
             }
         }
         self.reflect(emission, reflected, surface);
+    }
+
+    /// Leaves it to chance whether the weaker of two branches goes on, if it is too weak to be worth it: then at the
+    /// strength that is, or else not at all; the stronger takes or gives the difference. Each keeps its mean power.
+    fn thin_out(&mut self, reflected: &mut Branch, refracted: &mut Branch) {
+        let lanes = reflected.lanes_range();
+        let sum = |branch: &Branch| branch.powers[lanes.clone()].iter().sum::<f64>();
+        let (weak, strong) =
+            if sum(reflected) <= sum(refracted) { (reflected, refracted) } else { (refracted, reflected) };
+        // Lanes share their fate, so that those of a mirror image stay together.
+        let mut probability = 0.0_f64;
+        for l in lanes.clone().filter(|&l| weak.powers[l] > 0.0) {
+            let whole = weak.powers[l] + strong.powers[l];
+            probability = probability.max(weak.powers[l] / whole.min(self.limits.split));
+        }
+        if probability == 0.0 || probability >= 1.0 {
+            return;
+        }
+        let goes_on = self.chance.next() < probability;
+        for l in lanes {
+            let whole = weak.powers[l] + strong.powers[l];
+            weak.powers[l] = if goes_on { (weak.powers[l] / probability).min(whole) } else { 0.0 };
+            strong.powers[l] = whole - weak.powers[l];
+        }
     }
 
     fn go_through(&mut self, emission: &Emission, mut refracted: Branch, surface: &Surface) {
@@ -346,12 +426,12 @@ impl<'a, S: Sink> Tracer<'a, S> {
             }
             (None, _) => {
                 branch.outside += 1;
-                branch.outside <= self.bounces
+                branch.outside <= self.limits.bounces
             }
             (Some(_), _) => {
                 branch.layer = Layer::Refracted;
                 branch.inside += 1;
-                branch.inside <= self.bounces
+                branch.inside <= self.limits.bounces
             }
         };
         if followed {
@@ -362,7 +442,7 @@ impl<'a, S: Sink> Tracer<'a, S> {
     }
 
     fn follow(&mut self, emission: &Emission, branch: Branch) {
-        if branch.lanes_range().any(|l| branch.powers[l] >= self.cutoff) {
+        if branch.lanes_range().any(|l| branch.powers[l] >= self.limits.cutoff) {
             self.branches.push(branch);
         } else if branch.lanes_range().any(|l| branch.powers[l] > 0.0) {
             self.truncate(emission, &branch);

@@ -124,13 +124,11 @@ impl World {
             let mesh = scene.world_mesh(object);
             let mut kept = distinct_triangles(&mesh.positions, mesh.triangles, &mut counts);
             if medium.is_some() {
-                match winding(&kept) {
-                    Winding::Open => counts.open_refractors += 1,
-                    Winding::Outside => {}
-                    Winding::InsideOut => {
-                        counts.inside_out_refractors += 1;
-                        kept.iter_mut().for_each(|t| t.flip());
-                    }
+                let topology = scene.topology(object);
+                counts.open_refractors += u64::from(!topology.closed);
+                if topology.inside_out {
+                    counts.inside_out_refractors += 1;
+                    kept.iter_mut().for_each(|t| t.flip());
                 }
             }
             for triangle in kept {
@@ -152,15 +150,25 @@ impl World {
             }
         }
         counts.triangles = faces.len() as u64;
-        let (tree, order) = Tree::build(&corners);
         let largest = corners.iter().flatten().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
+        let contact_m = largest * 2_f64.powi(-40);
+        // Most rays start at glass.
+        let of_glass = |face: &Face| media[face.object as usize].is_some();
+        let any_glass = faces.iter().any(of_glass);
+        let focus = faces
+            .iter()
+            .zip(&corners)
+            .filter(|(face, _)| !any_glass || of_glass(face))
+            .flat_map(|(_, corners)| corners)
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
+        let (tree, order) = Tree::build(&corners, focus, contact_m);
         Self {
             corners: order.iter().map(|&i| corners[i as usize]).collect(),
             faces: order.iter().map(|&i| faces[i as usize].clone()).collect(),
             corner_normals,
             media,
             tree,
-            contact_m: largest * 2_f64.powi(-40),
+            contact_m,
             counts,
         }
     }
@@ -348,37 +356,6 @@ fn distinct_triangles(positions: &[DVec3], triangles: &[[u32; 3]], counts: &mut 
         kept.push(Kept { corners, vertices, index: index as u32 });
     }
     kept
-}
-
-enum Winding {
-    Open,
-    Outside,
-    InsideOut,
-}
-
-/// Closed means that every edge is run through as often in one direction as in the other.
-fn winding(triangles: &[Kept]) -> Winding {
-    let mut edges: HashMap<(Place, Place), i64> = HashMap::with_capacity(2 * triangles.len());
-    let origin = triangles.first().map_or(DVec3::ZERO, |t| t.corners[0]);
-    let mut volume = 0.0;
-    for triangle in triangles {
-        let [a, b, c] = triangle.corners.map(|p| p - origin);
-        volume += a.dot(b.cross(c));
-        let places = triangle.corners.map(place);
-        for k in 0..3 {
-            let (p, q) = (places[k], places[(k + 1) % 3]);
-            if p < q {
-                *edges.entry((p, q)).or_default() += 1;
-            } else {
-                *edges.entry((q, p)).or_default() -= 1;
-            }
-        }
-    }
-    match edges.values().all(|&balance| balance == 0) {
-        false => Winding::Open,
-        true if volume < 0.0 => Winding::InsideOut,
-        true => Winding::Outside,
-    }
 }
 
 #[cfg(test)]

@@ -132,6 +132,10 @@ fn a_receiver_lit_from_behind_is_dark() {
     assert_eq!([&bake.direct, &bake.refracted, &bake.reflected].map(|l| mean(l, 1)), [0.0; 3]);
     // The light is there: it lands on the back.
     assert!(bake.ledger.total().landed_elsewhere > 0.0);
+    // `double_sided` is about what a camera sees.
+    let material = stage.0.objects[floor].material;
+    stage.0.materials[material].double_sided = !stage.0.materials[material].double_sided;
+    assert_eq!(baked(&stage.0, floor, &settings(8, 40_000)).maps, bake.maps);
 }
 
 #[test]
@@ -245,6 +249,9 @@ fn bad_meshes_have_defined_effects() {
     let bake = baked(&inside_out, floor, &settings(32, 100_000));
     assert_eq!(bake.geometry.inside_out_refractors, 1);
     assert_close(mean(&bake.refracted, 1), mean(&good.refracted, 1), 1e-6, "inside out");
+    // What the loader makes of it is the same.
+    inside_out.turn_outwards();
+    assert_eq!(inside_out, stage.0);
 
     let mut repeated = stage.0.clone();
     let twice = repeated.meshes[1].triangles.clone();
@@ -319,8 +326,14 @@ fn a_noise_target_is_reached_and_progress_rises_to_one() {
     let heard = heard.into_inner().unwrap();
     assert!(heard.windows(2).all(|w| w[0] <= w[1]), "{heard:?}");
     assert_eq!((heard.first(), heard.last()), (Some(&0.0), Some(&1.0)));
-    let limited = BakeSettings { effort: Effort::Noise { relative: 1e-6, max_photons: 50_000 }, ..settings };
-    assert!(baked(&stage.0, floor, &limited).photons <= 50_000);
+    let impossible = |max_photons, max_rays| {
+        let effort = Effort::Noise { relative: 1e-6, max_photons, max_rays };
+        baked(&stage.0, floor, &BakeSettings { effort, ..settings })
+    };
+    assert!(impossible(50_000, u64::MAX).photons <= 50_000);
+    let most_rays = 10_000_000;
+    let rays = impossible(u64::MAX, most_rays).ledger.counts.rays;
+    assert!(rays > most_rays / 2 && rays < most_rays + most_rays / 50, "{rays}");
 }
 
 #[test]

@@ -11,6 +11,7 @@ pub mod gltf;
 mod open;
 mod scene;
 mod select;
+mod topology;
 mod validate;
 
 pub use bundled::{BUNDLED, bundled};
@@ -19,4 +20,5 @@ pub use gltf::{LoadError, SaveError, Warning, load, load_bytes, to_glb};
 pub use open::{OpenError, open};
 pub use scene::*;
 pub use select::{ReceiverError, WorldMesh};
+pub use topology::Topology;
 pub use validate::{SceneCounts, SceneError};

@@ -285,3 +285,21 @@ fn the_bunny_loads_with_all_it_says() {
     let message = scene.receiver("mesh").expect_err("glass").to_string();
     assert!(message.contains("refracting material `glass`"), "{message}");
 }
+
+#[test]
+fn inside_out_glass_is_turned_with_a_warning() {
+    let scene = spectral_scene::bundled("sphere").expect("bundled");
+    let glass = scene.refractors().next().expect("the scene has glass");
+    let mesh = scene.objects[glass].mesh;
+    let mut inside_out = scene.clone();
+    inside_out.meshes[mesh].triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    let load = |scene: &Scene| {
+        let bytes = spectral_scene::to_glb(scene).expect("the scene can be written");
+        spectral_scene::load_bytes(&bytes, "scene").expect("what was written can be read")
+    };
+    let (expected, quiet) = load(&scene);
+    let (turned, warnings) = load(&inside_out);
+    assert_eq!(turned, expected);
+    assert_eq!(quiet, []);
+    assert_eq!(warnings, [Warning::InsideOut { object: scene.objects[glass].name.clone() }]);
+}

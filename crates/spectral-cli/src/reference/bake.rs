@@ -18,6 +18,8 @@ const BYTES_PER_TEXEL: u64 = 640;
 #[derive(Serialize)]
 struct Statistics<'a> {
     photons: u64,
+    /// Sent for the layer `reflected` alone.
+    reflection_photons: u64,
     geometry: GeometryCounts,
     ledger: &'a Ledger,
     /// Largest share, over wavelengths, of the emitted flux that the ledger does not account for.
@@ -48,9 +50,14 @@ pub(crate) fn bake(
         spectral_reference::bake(scene, receiver, &settings, &|done| progress.set(done)).map_err(error)?;
     drop(progress);
     times.did("compute");
-    warn_of_noise(run.noise, bake.standard_error.refracted.max(bake.standard_error.total), bake.photons);
+    let target = match settings.effort {
+        Effort::Noise { relative, .. } => Some(relative),
+        Effort::Photons(_) => None,
+    };
+    warn_of_noise(target, bake.standard_error.refracted.max(bake.standard_error.total), bake.photons);
     let statistics = Statistics {
         photons: bake.photons,
+        reflection_photons: bake.reflection_photons,
         geometry: bake.geometry,
         ledger: &bake.ledger,
         imbalance: bake.ledger.imbalance(),

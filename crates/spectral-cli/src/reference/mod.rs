@@ -49,7 +49,7 @@ fn check_memory(size: Size, bytes_per_texel: u64, usable_bytes: u64) -> Result<(
 /// Say so if a noise target was not met before the most photons were sent.
 fn warn_of_noise(target: Option<f64>, reached: f64, photons: u64) {
     if let Some(target) = target.filter(|target| reached > *target) {
-        messages::warn(&format!("--noise {target} is not reached: {reached:.4} after {photons} photons"));
+        messages::warn(&format!("noise {target} is not reached: {reached:.4} after {photons} photons"));
     }
 }
 

@@ -132,6 +132,12 @@ pub enum Warning {
         /// Out of how many.
         triangles: usize,
     },
+    /// A closed glass body whose surface faces inwards.
+    #[error("`{object}` is closed glass that faces inwards: it was turned outwards")]
+    InsideOut {
+        /// The object's name.
+        object: String,
+    },
     /// No camera in the file.
     #[error("the file has no perspective camera: one that frames the scene was added")]
     DefaultCamera,

@@ -59,6 +59,9 @@ fn load_from(bytes: &[u8], name: &str, folder: Option<&Path>) -> Result<(Scene, 
     let Loader { mut scene, mut warnings, .. } = loader;
 
     let counts = scene.validate()?;
+    for object in scene.turn_outwards() {
+        warnings.push(Warning::InsideOut { object: scene.objects[object].name.clone() });
+    }
     if counts.zero_area_triangles > 0 {
         let (zero_area, triangles) = (counts.zero_area_triangles, counts.triangles);
         warnings.push(Warning::ZeroAreaTriangles { zero_area, triangles });
