@@ -29,7 +29,7 @@ impl CliError {
 
     /// A failure from anything that can say what was wrong.
     pub(crate) fn failed(problem: impl ToString) -> Self {
-        Self::Failed(problem.to_string())
+        Self::Failed(without_error_number(&problem.to_string()))
     }
 
     /// What to say about a scene, settings or device that a plan was not built for.
@@ -46,11 +46,22 @@ impl CliError {
     }
 }
 
-/// The operating system's words for an error, without Rust's `(os error 2)`.
+/// The operating system's words for an error.
 fn reason(error: &io::Error) -> String {
     let text = error.to_string();
-    match text.find(" (os error") {
-        Some(end) => text[..end].to_lowercase(),
-        None => text,
+    let words = without_error_number(&text);
+    if words == text { words } else { words.to_lowercase() }
+}
+
+/// A message without Rust's ` (os error 2)`.
+fn without_error_number(text: &str) -> String {
+    match text.split_once(" (os error ") {
+        Some((before, after)) => {
+            format!(
+                "{before}{}",
+                after.trim_start_matches(|c: char| c.is_ascii_digit()).trim_start_matches(')')
+            )
+        }
+        None => text.to_owned(),
     }
 }

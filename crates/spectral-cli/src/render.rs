@@ -39,7 +39,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), CliError> {
             png::write(&file, picture.size, &picture.srgb8(&display)).map_err(|e| e.to_string())
         }
     }
-    .map_err(|error| CliError::Failed(format!("cannot write {}: {error}", args.output.display())))?;
+    .map_err(|error| CliError::failed(format!("cannot write {}: {error}", args.output.display())))?;
     times.did("write");
     let Some(stats_file) = stats_file else { return Ok(()) };
     let stats = Stats {

@@ -55,7 +55,8 @@ fn with_extension(path: &Path, extensions: &[&str]) -> Result<(AtomicFile, usize
         Ok(file) if file.is_device() => Ok((file, 0)),
         _ => {
             let expected = extensions.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" or ");
-            let problem = format!("--output {}: expected the name of an {expected} file", path.display());
+            let problem =
+                format!("--output {}: expected the name of a file that ends in {expected}", path.display());
             Err(CliError::Usage(problem))
         }
     }

@@ -165,6 +165,14 @@ pub fn threads(text: &str) -> Result<usize, String> {
     whole_number(text, 1, MAX_THREADS as u64).map(|n| n as usize)
 }
 
+/// A seed of random numbers: any that 64 bits hold.
+///
+/// # Errors
+/// Says what would be right.
+pub fn seed(text: &str) -> Result<u64, String> {
+    whole_number(text, 0, u64::MAX)
+}
+
 /// A number of internal reflections from 0 to [`MAX_BOUNCES`].
 ///
 /// # Errors

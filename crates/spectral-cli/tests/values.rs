@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use spectral_cli::values::{
     Exposure, MAX_BOUNCES, MAX_PHOTONS, MAX_SIDE, MAX_THREADS, MAX_TRACED_WAVELENGTHS, Size, WavelengthRange,
-    bounces, noise, photons, set_wavelengths, threads, traced_wavelengths,
+    bounces, noise, photons, seed, set_wavelengths, threads, traced_wavelengths,
 };
 
 /// Numbers no option means: signs, blanks, blown-up exponents, things that parse as f64 and are none.
@@ -20,6 +20,7 @@ fn nonsense_is_refused_by_every_parser() {
         assert!(traced_wavelengths(text).is_err(), "wavelengths {text:?}");
         assert!(threads(text).is_err(), "threads {text:?}");
         assert!(bounces(text).is_err(), "bounces {text:?}");
+        assert!(seed(text).is_err(), "seed {text:?}");
         assert!(text.parse::<Exposure>().is_err(), "exposure {text:?}");
         assert!(noise(text).is_err(), "noise {text:?}");
     }
@@ -42,6 +43,14 @@ fn sizes_outside_the_limits_are_refused_with_the_limit() {
     }
     assert!("1000000x1".parse::<Size>().expect_err("too wide").contains("8192"));
     assert_eq!("8192X1".parse(), Ok(Size { width: 8192, height: 1 }));
+}
+
+#[test]
+fn seeds_are_any_64_bits() {
+    assert_eq!(seed("0"), Ok(0));
+    assert_eq!(seed("18446744073709551615"), Ok(u64::MAX));
+    let problem = seed("18446744073709551616").expect_err("too large");
+    assert!(problem.contains("0 to 18446744073709551615"), "{problem}");
 }
 
 #[test]
