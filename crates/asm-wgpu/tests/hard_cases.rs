@@ -117,7 +117,7 @@ fn light_that_meets_nothing_leaves_nothing() {
     for prune in [true, false] {
         let settings = Settings { prune, ..few.clone() };
         // A spot that shines away, and light along the floor and the plate's sides.
-        for light in [light(away.clone(), 1.0), sun(DVec3::X), sun(DVec3::new(1.0, 0.0, 1.0))] {
+        for light in [light(away, 1.0), sun(DVec3::X), sun(DVec3::new(1.0, 0.0, 1.0))] {
             let scene = plate_over_floor(glass(1.5), 0.4, light);
             let (maps, statistics) = bake_on(&mut gpu, &scene, 16, &settings);
             assert_eq!((total(&maps.direct), total(&maps.refracted)), ([0.0; 3], [0.0; 3]));
