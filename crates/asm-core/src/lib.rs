@@ -10,6 +10,7 @@ mod bake;
 mod bands;
 mod caustics;
 mod decisions;
+pub mod display;
 mod error;
 mod geometry;
 mod lights;

@@ -1,6 +1,7 @@
 //! Passes against their WGSL, through naga.
 
 use asm_core::PASSES;
+use asm_core::display::{DISPLAY_WGSL, DisplayParams};
 use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
 use asm_core::passes::photon_trace::{Band, Optics, PHOTON_TRACE, PhotonTrace};
 use asm_core::passes::receiver_bake::{RECEIVER_BAKE, ReceiverBake};
@@ -10,8 +11,8 @@ use asm_core::passes::visibility::{VISIBILITY, Visibility};
 use asm_core::shared::irradiance::Light;
 use asm_core::shared::triangle::Triangle;
 use asm_core::shared::view::View;
-use frame_plan::layout;
 use frame_plan::reflect::{HostLayout, check_layout, check_pass};
+use frame_plan::{Binding, BindingKind, PassInfo, layout};
 
 #[test]
 fn every_pass_matches_its_wgsl() {
@@ -72,4 +73,21 @@ fn every_struct_has_the_layout_of_its_wgsl() {
     for (pass, layout) in checks {
         check_layout(pass, &layout).unwrap();
     }
+}
+
+#[test]
+fn the_display_has_the_layout_of_its_wgsl() {
+    let display = PassInfo {
+        name: "display",
+        wgsl: &[DISPLAY_WGSL],
+        params_struct: "DisplayParams",
+        params_bytes: size_of::<DisplayParams>() as u32,
+        bindings: &[Binding { name: "picture", kind: BindingKind::Read }],
+        ..UV_VISIBILITY
+    };
+    let layout = layout!(DisplayParams as "DisplayParams" {
+        picture_size, target_size, exposure, reinhard_white, encode, linear_srgb_from_x, linear_srgb_from_y,
+        linear_srgb_from_z, white_xyz,
+    });
+    check_layout(&display, &layout).unwrap();
 }

@@ -51,6 +51,13 @@ fn has_validation_layer(entry: &ash::Entry) -> bool {
     layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER))
 }
 
+fn layer_has_settings(entry: &ash::Entry) -> bool {
+    // SAFETY: the loader is loaded; the call has no further conditions.
+    let found = unsafe { entry.enumerate_instance_extension_properties(Some(VALIDATION_LAYER)) };
+    let is_it = |e: &vk::ExtensionProperties| e.extension_name_as_c_str() == Ok(ext::layer_settings::NAME);
+    found.unwrap_or_default().iter().any(is_it)
+}
+
 pub(crate) fn no_device(reason: String) -> ExecuteError {
     ExecuteError::NoDevice { executor: EXECUTOR, reason }
 }
@@ -83,11 +90,25 @@ impl Instance {
         let extensions = [ext::debug_utils::NAME.as_ptr(), ext::validation_features::NAME.as_ptr()];
         let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
         let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
+        let yes = vk::TRUE.to_ne_bytes();
+        let settings = [vk::LayerSettingEXT {
+            p_layer_name: VALIDATION_LAYER.as_ptr(),
+            p_setting_name: c"syncval_shader_accesses_heuristic".as_ptr(),
+            ty: vk::LayerSettingTypeEXT::BOOL32,
+            value_count: 1,
+            p_values: yes.as_ptr().cast(),
+            ..vk::LayerSettingEXT::default()
+        }];
+        let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
         if validation {
             create = create
                 .enabled_layer_names(&layers)
                 .enabled_extension_names(&extensions)
                 .push_next(&mut features);
+            // Newer layers look at what shaders read and write only if they are asked to.
+            if layer_has_settings(&entry) {
+                create = create.push_next(&mut settings);
+            }
         }
         // SAFETY: what `create` points to lives until the call returns.
         let raw = unsafe { entry.create_instance(&create, None) }

@@ -8,6 +8,7 @@ use ash::vk;
 use frame_plan::{Plan, ResourceKind, Subresource, TextureFormat};
 
 use crate::conv;
+use crate::device::Gpu;
 
 /// How a command uses a piece.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -322,6 +323,28 @@ impl Tracker {
         unsafe { device.cmd_pipeline_barrier2(commands, &dependency) };
         self.images.clear();
     }
+}
+
+/// Record the change of a host's colour image from one layout to another, between anything before and anything after.
+pub(crate) fn color_image(
+    gpu: &Gpu,
+    commands: vk::CommandBuffer,
+    image: vk::Image,
+    (old_layout, new_layout): (vk::ImageLayout, vk::ImageLayout),
+) {
+    let dependency = Dependency {
+        src_stages: vk::PipelineStageFlags2::ALL_COMMANDS,
+        src_access: vk::AccessFlags2::MEMORY_WRITE,
+        dst_stages: vk::PipelineStageFlags2::ALL_COMMANDS,
+        dst_access: vk::AccessFlags2::MEMORY_READ | vk::AccessFlags2::MEMORY_WRITE,
+        old_layout,
+        new_layout,
+    };
+    let place = ImagePlace { image, aspect: vk::ImageAspectFlags::COLOR };
+    let barriers = [place.barrier(dependency, Subresource::FIRST)];
+    let dependency = vk::DependencyInfo::default().image_memory_barriers(&barriers);
+    // SAFETY: the commands are being recorded outside of any rendering; the host's image is alive and in the old layout.
+    unsafe { gpu.device.cmd_pipeline_barrier2(commands, &dependency) }
 }
 
 struct ImagePlace {

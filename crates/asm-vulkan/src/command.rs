@@ -433,7 +433,9 @@ impl Builder<'_> {
         }
         let pool = self.pool.as_ref().ok_or_else(|| device_error("no descriptor pool".into()))?;
         let layout = &self.source.pipelines.get(info.name).set_layout;
-        descriptor::set(self.source.gpu, pool, layout, &entries)
+        let set = descriptor::set(self.source.gpu, pool, layout)?;
+        descriptor::write(self.source.gpu, set, &entries);
+        Ok(set)
     }
 
     fn view(

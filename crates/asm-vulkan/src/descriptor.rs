@@ -37,39 +37,55 @@ pub(crate) fn pool(
     gpu: &Arc<Gpu>,
     sets: &[&PassInfo],
 ) -> Result<Option<Owned<vk::DescriptorPool>>, ExecuteError> {
-    let mut sizes: Vec<vk::DescriptorPoolSize> = Vec::new();
+    if sets.is_empty() {
+        return Ok(None);
+    }
     let params =
         sets.iter().filter(|i| i.params_bytes > 0).map(|_| vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC);
     let bindings = sets.iter().flat_map(|i| i.bindings).map(|b| conv::descriptor_type(b.kind));
+    let mut sizes: Vec<vk::DescriptorPoolSize> = Vec::new();
     for ty in params.chain(bindings) {
         match sizes.iter_mut().find(|size| size.ty == ty) {
             Some(size) => size.descriptor_count += 1,
             None => sizes.push(vk::DescriptorPoolSize { ty, descriptor_count: 1 }),
         }
     }
-    if sets.is_empty() {
-        return Ok(None);
-    }
-    let create = vk::DescriptorPoolCreateInfo::default().max_sets(sets.len() as u32).pool_sizes(&sizes);
+    create_pool(gpu, sets.len() as u32, &sizes).map(Some)
+}
+
+/// A pool with room for `sets` sets, each with one descriptor of each of the types.
+pub(crate) fn pool_of(
+    gpu: &Arc<Gpu>,
+    sets: u32,
+    types: &[vk::DescriptorType],
+) -> Result<Owned<vk::DescriptorPool>, ExecuteError> {
+    let size = |ty: &vk::DescriptorType| vk::DescriptorPoolSize { ty: *ty, descriptor_count: sets };
+    create_pool(gpu, sets, &types.iter().map(size).collect::<Vec<_>>())
+}
+
+fn create_pool(
+    gpu: &Arc<Gpu>,
+    sets: u32,
+    sizes: &[vk::DescriptorPoolSize],
+) -> Result<Owned<vk::DescriptorPool>, ExecuteError> {
+    let create = vk::DescriptorPoolCreateInfo::default().max_sets(sets).pool_sizes(sizes);
     // SAFETY: there is at least one set, and `sizes` lives until the call returns.
     let raw = unsafe { gpu.device.create_descriptor_pool(&create, None) }
         .map_err(|e| gpu.error(e, "creating a descriptor pool"))?;
-    Ok(Some(Owned::new(gpu, raw)))
+    Ok(Owned::new(gpu, raw))
 }
 
-/// A set whose bindings 0, 1, ... are `entries`.
+/// A set of a layout that the pool has room for; its bindings point nowhere yet.
 pub(crate) fn set(
     gpu: &Gpu,
     pool: &Owned<vk::DescriptorPool>,
     layout: &Owned<vk::DescriptorSetLayout>,
-    entries: &[Entry],
 ) -> Result<vk::DescriptorSet, ExecuteError> {
     let layouts = [layout.raw()];
     let allocate = vk::DescriptorSetAllocateInfo::default().descriptor_pool(pool.raw()).set_layouts(&layouts);
     // SAFETY: pool and layout are alive; the pool was made with room for the set.
     let sets = unsafe { gpu.device.allocate_descriptor_sets(&allocate) }
         .map_err(|e| gpu.error(e, "allocating a descriptor set"))?;
-    write(gpu, sets[0], entries);
     Ok(sets[0])
 }
 

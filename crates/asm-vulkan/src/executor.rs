@@ -12,7 +12,7 @@ use frame_plan::{
 };
 
 use crate::adapter::{Instance, VulkanOptions};
-use crate::barrier::{Slot, Tracker};
+use crate::barrier::{Access, Slot, Tracker, Use};
 use crate::command::{Program, Recording, Source};
 use crate::conv;
 use crate::device::{Gpu, VulkanHost};
@@ -125,6 +125,36 @@ impl VulkanExecutor {
     #[must_use]
     pub fn queue(&self) -> vk::Queue {
         self.gpu.queue
+    }
+
+    pub(crate) const fn gpu(&self) -> &Arc<Gpu> {
+        &self.gpu
+    }
+
+    /// How many frames may be unfinished at once.
+    pub(crate) const fn frames_in_flight(&self) -> usize {
+        self.frames.len()
+    }
+
+    /// Place in the ring of the frame that was recorded last.
+    pub(crate) const fn last_place(&self) -> usize {
+        (self.recorded.saturating_sub(1) % self.frames.len() as u64) as usize
+    }
+
+    /// Make a buffer of the prepared plan ready to be read by shaders in these stages, after the last frame.
+    pub(crate) fn use_buffer(
+        &mut self,
+        commands: vk::CommandBuffer,
+        id: ResourceId,
+        stages: vk::PipelineStageFlags2,
+    ) -> Result<vk::Buffer, ExecuteError> {
+        let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
+        let slot = Slot::Resource(id.0 as usize);
+        let buffer = prepared.resources.get(id.0 as usize).and_then(Held::buffer);
+        let buffer = buffer.ok_or_else(|| ExecuteError::Usage(format!("resource {} is no buffer", id.0)))?;
+        prepared.tracker.follow(&Use { slot, part: None, access: Access::read(stages) });
+        prepared.tracker.record(&self.gpu.device, commands);
+        Ok(buffer)
     }
 
     /// Pipelines made so far; plans that name the same passes share them.
@@ -311,7 +341,7 @@ impl VulkanExecutor {
             resources,
             params,
             tracker,
-            uploads: Uploads::new(frames.len()),
+            uploads: Uploads::new(gpu, plan, frames.len())?,
             outdated: false,
             has_run: false,
             timing,

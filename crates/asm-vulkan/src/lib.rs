@@ -9,6 +9,13 @@
 //!
 //! Shaders come as SPIR-V that build scripts make of the passes' WGSL: see [`frame_plan::spirv`]. [`ASM_PASSES`] are those of
 //! asm-core.
+//!
+//! [`AsmRenderer`] is for applications that want caustics and nothing else: it makes asm-core's plans and runs them, and
+//! [`DisplayPass`] brings a picture to an image of the host's.
+//!
+//! Examples: `headless` bakes without a window, `host` puts caustics into another application's frame. Tests need a device, and
+//! fail without one unless `SPECTRAL_ALLOW_SKIP=1`; `SPECTRAL_ADAPTER` chooses one by part of its name. They run with Khronos'
+//! validation and synchronization validation where that is installed; `SPECTRAL_REQUIRE_VALIDATION=1` fails them without.
 #![allow(unsafe_code, reason = "ash leaves Vulkan's rules to its caller; each block says why they hold")]
 #![warn(clippy::undocumented_unsafe_blocks)]
 
@@ -19,10 +26,12 @@ mod command;
 mod conv;
 mod descriptor;
 mod device;
+mod display;
 mod executor;
 mod object;
 mod pipeline;
 mod readback;
+mod renderer;
 mod resources;
 mod timing;
 mod upload;
@@ -34,7 +43,9 @@ use frame_plan::spirv::SpirvPasses;
 pub use adapter::{VulkanOptions, adapters, validation_is_available};
 pub use ash;
 pub use device::VulkanHost;
+pub use display::DisplayPass;
 pub use executor::VulkanExecutor;
+pub use renderer::{AsmError, AsmRenderer};
 pub use resources::{HostBuffer, HostImage};
 
 /// asm-core's passes with their SPIR-V, compiled when this crate was built.

@@ -6,12 +6,12 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ash::vk;
-use frame_plan::spirv::SpirvPasses;
-use frame_plan::{ExecuteError, PassInfo, PassKind, Plan, TextureFormat};
+use frame_plan::spirv::{SpirvModule, SpirvPasses};
+use frame_plan::{Binding, ExecuteError, PassInfo, PassKind, Plan, TextureFormat};
 
 use crate::cache::PipelineCache;
 use crate::conv;
-use crate::device::{EXECUTOR, Gpu};
+use crate::device::{EXECUTOR, Gpu, device_error};
 use crate::object::Owned;
 
 /// First word of every SPIR-V module.
@@ -86,7 +86,7 @@ fn create(
     let shaders = info
         .entry_points()
         .into_iter()
-        .map(|entry_point| Shader::new(gpu, spirv, info, entry_point))
+        .map(|entry_point| Shader::new(gpu, spirv, info, &entry_point))
         .collect::<Result<Vec<_>, _>>()?;
     let pipeline = match (&info.kind, &*shaders) {
         (PassKind::Draw { targets, depth, cull, additive, .. }, [vertex, fragment]) => {
@@ -112,20 +112,25 @@ fn create(
 }
 
 fn set_layout(gpu: &Arc<Gpu>, info: &PassInfo) -> Result<Owned<vk::DescriptorSetLayout>, ExecuteError> {
-    let binding = |index, descriptor_type, stages| {
+    let params = (vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC, conv::all_stages(info));
+    let binding = |b: &Binding| (conv::descriptor_type(b.kind), conv::stages(info, b.kind));
+    let bindings = (info.params_bytes > 0).then_some(params).into_iter();
+    set_layout_of(gpu, &bindings.chain(info.bindings.iter().map(binding)).collect::<Vec<_>>())
+}
+
+/// A layout whose bindings 0, 1, ... are of these types and seen by these stages.
+pub(crate) fn set_layout_of(
+    gpu: &Arc<Gpu>,
+    bindings: &[(vk::DescriptorType, vk::ShaderStageFlags)],
+) -> Result<Owned<vk::DescriptorSetLayout>, ExecuteError> {
+    let binding = |(index, (descriptor_type, stages)): (u32, &(_, _))| {
         vk::DescriptorSetLayoutBinding::default()
             .binding(index)
-            .descriptor_type(descriptor_type)
+            .descriptor_type(*descriptor_type)
             .descriptor_count(1)
-            .stage_flags(stages)
+            .stage_flags(*stages)
     };
-    let mut bindings = Vec::new();
-    if info.params_bytes > 0 {
-        bindings.push(binding(0, vk::DescriptorType::UNIFORM_BUFFER_DYNAMIC, conv::all_stages(info)));
-    }
-    bindings.extend((0..).zip(info.bindings).map(|(i, b)| {
-        binding(info.binding_index(i), conv::descriptor_type(b.kind), conv::stages(info, b.kind))
-    }));
+    let bindings: Vec<_> = (0..).zip(bindings).map(binding).collect();
     let create = vk::DescriptorSetLayoutCreateInfo::default().bindings(&bindings);
     // SAFETY: `bindings` lives until the call returns.
     let raw = unsafe { gpu.device.create_descriptor_set_layout(&create, None) }
@@ -153,36 +158,39 @@ pub(crate) struct Shader<'a> {
 }
 
 impl<'a> Shader<'a> {
-    pub(crate) fn new(
+    /// The module of a pass's entry point.
+    fn new(
         gpu: &'a Gpu,
         spirv: &SpirvPasses,
         info: &PassInfo,
-        entry_point: String,
+        entry_point: &str,
     ) -> Result<Self, ExecuteError> {
         let failed = |reason| shader_error(info.name, reason);
         let module = spirv
-            .module(&entry_point)
+            .module(entry_point)
             .ok_or_else(|| failed(format!("there is no SPIR-V for the entry point {entry_point}")))?;
-        let bytes = if gpu.robust_buffers { &module.unchecked } else { &module.restricted };
-        Self::of(gpu, bytes, entry_point).map_err(|error| match error {
+        Self::of(gpu, module).map_err(|error| match error {
             ExecuteError::Device { reason, .. } => failed(reason),
             other => other,
         })
     }
 
-    /// A module of SPIR-V bytes.
-    pub(crate) fn of(gpu: &'a Gpu, bytes: &[u8], entry_point: String) -> Result<Self, ExecuteError> {
+    /// The variant of a module that fits the device.
+    pub(crate) fn of(gpu: &'a Gpu, module: &SpirvModule) -> Result<Self, ExecuteError> {
+        let bytes = if gpu.robust_buffers { &module.unchecked } else { &module.restricted };
         let words: Vec<u32> =
             bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).map(u32::from_le).collect();
-        if !bytes.len().is_multiple_of(4) || words.len() <= SPIRV_HEADER_WORDS || words[0] != SPIRV_MAGIC {
-            let problem = format!("{} bytes for {entry_point} that are no SPIR-V", bytes.len());
-            return Err(crate::device::device_error(problem));
-        }
+        let entry_point = CString::new(&*module.entry_point).ok();
+        let whole =
+            bytes.len().is_multiple_of(4) && words.len() > SPIRV_HEADER_WORDS && words[0] == SPIRV_MAGIC;
+        let Some(entry_point) = entry_point.filter(|_| whole) else {
+            let problem = format!("{} bytes for {} that are no SPIR-V", bytes.len(), module.entry_point);
+            return Err(device_error(problem));
+        };
         let create = vk::ShaderModuleCreateInfo::default().code(&words);
         // SAFETY: the words are a SPIR-V module of a validating compiler, for Vulkan 1.3.
         let module = unsafe { gpu.device.create_shader_module(&create, None) }
             .map_err(|e| gpu.error(e, "creating a shader module"))?;
-        let entry_point = CString::new(entry_point).expect("entry points are identifiers");
         Ok(Self { gpu, module, entry_point })
     }
 

@@ -129,10 +129,7 @@ impl<'a> Staging<'a> {
         let params = plan.params.iter().map(|p| p.bytes.len() as u64).max();
         // Blocks are padded to an alignment; pieces of them go over like those of any buffer.
         let size = initial.map(largest_level).chain(params).max();
-        let create = |size: u64| {
-            let usage = vk::BufferUsageFlags::TRANSFER_SRC;
-            Buffer::new(gpu, "staging", size.next_multiple_of(4), usage, MemoryLocation::CpuToGpu)
-        };
+        let create = |size: u64| staging(gpu, size.next_multiple_of(4));
         Ok(Self { gpu, commands, buffer: size.filter(|&size| size > 0).map(create).transpose()? })
     }
 
@@ -192,6 +189,11 @@ impl<'a> Staging<'a> {
     }
 }
 
+/// A buffer that the host writes and the device copies from.
+fn staging(gpu: &Arc<Gpu>, bytes: u64) -> Result<Buffer, ExecuteError> {
+    Buffer::new(gpu, "staging", bytes, vk::BufferUsageFlags::TRANSFER_SRC, MemoryLocation::CpuToGpu)
+}
+
 /// One level of one layer, as copies name it.
 pub(crate) const fn layers(format: TextureFormat, part: Subresource) -> vk::ImageSubresourceLayers {
     vk::ImageSubresourceLayers {
@@ -231,8 +233,21 @@ impl Write {
 }
 
 impl Uploads {
-    pub(crate) fn new(frames: usize) -> Self {
-        Self { writes: Vec::new(), bytes: Vec::new(), ring: (0..frames).map(|_| None).collect() }
+    /// For `frames` frames at once, with room from the start for new values of everything that `plan` has given values.
+    pub(crate) fn new(gpu: &Arc<Gpu>, plan: &Plan, frames: usize) -> Result<Self, ExecuteError> {
+        let buffers = plan.resources.iter().filter(|r| matches!(r.kind, ResourceKind::Buffer { .. }));
+        let contents = buffers.filter_map(|r| r.initial.as_ref()).map(|bytes| bytes.len() as u64);
+        let params = plan.params.iter().map(|p| p.bytes.len() as u64 / u64::from(p.stride_bytes));
+        let alignment = gpu.properties.min_uniform_buffer_offset_alignment.max(1);
+        let strides = plan.params.iter().map(|p| u64::from(p.stride_bytes).next_multiple_of(alignment));
+        let padded = params.zip(strides).map(|(count, stride)| count * stride);
+        let bytes = contents.chain(padded).sum::<u64>().min(STAGING_BYTES);
+        let place = |_| (bytes > 0).then(|| staging(gpu, bytes)).transpose();
+        Ok(Self {
+            writes: Vec::new(),
+            bytes: Vec::with_capacity(bytes as usize),
+            ring: (0..frames).map(place).collect::<Result<_, _>>()?,
+        })
     }
 
     /// Bring bytes over with the next frame, over what earlier calls brought there.
@@ -287,13 +302,7 @@ impl Uploads {
         let staging = match held {
             Some(buffer) if buffer.size >= needed => buffer,
             // Grows to the largest frame and stays so.
-            _ => held.insert(Buffer::new(
-                gpu,
-                "uploads",
-                needed.next_power_of_two().max(4096),
-                vk::BufferUsageFlags::TRANSFER_SRC,
-                MemoryLocation::CpuToGpu,
-            )?),
+            _ => held.insert(staging(gpu, needed.next_power_of_two())?),
         };
         staging.mapped_mut()?[..self.bytes.len()].copy_from_slice(&self.bytes);
         for (i, write) in self.writes.iter().enumerate() {
@@ -325,7 +334,7 @@ mod tests {
     /// What a target of 16 bytes holds after the writes, and how many there are.
     fn written(pushes: &[(u64, &[u8])]) -> (Vec<u8>, usize) {
         let target = vk::Buffer::from_raw(1);
-        let mut uploads = Uploads::new(1);
+        let mut uploads = Uploads { writes: Vec::new(), bytes: Vec::new(), ring: Vec::new() };
         for (offset, bytes) in pushes {
             uploads.push(Slot::Params, target, *offset, bytes);
         }
@@ -357,7 +366,7 @@ mod tests {
 
     #[test]
     fn other_buffers_are_left_alone() {
-        let mut uploads = Uploads::new(1);
+        let mut uploads = Uploads { writes: Vec::new(), bytes: Vec::new(), ring: Vec::new() };
         uploads.push(Slot::Params, vk::Buffer::from_raw(1), 0, &[1; 4]);
         uploads.push(Slot::Resource(0), vk::Buffer::from_raw(2), 0, &[2; 4]);
         assert_eq!(uploads.writes.len(), 2);

@@ -1,8 +1,7 @@
 //! From a picture in a buffer to a texture of the host's.
 
-use bytemuck::{Pod, Zeroable};
-use spectral_core::display::{Display, ToneMap};
-use spectral_core::rgb::{D65_WHITE_XYZ, RgbSpace};
+use asm_core::display::{DISPLAY_WGSL, DisplayParams};
+use spectral_core::display::Display;
 
 /// Draws a picture of XYZ radiance into a texture view of any renderable format, as [`spectral_core::display`] does on the CPU.
 pub struct DisplayPass {
@@ -13,27 +12,14 @@ pub struct DisplayPass {
     bound: Option<(wgpu::Buffer, wgpu::BindGroup)>,
 }
 
-/// Uniform of `display.wgsl`, mirrors `DisplayParams` there.
-#[repr(C)]
-#[derive(Clone, Copy, Pod, Zeroable)]
-struct DisplayParams {
-    picture_size: [u32; 2],
-    target_size: [u32; 2],
-    exposure: f32,
-    reinhard_white: f32,
-    encode: u32,
-    padding: u32,
-    linear_srgb_from_x: [f32; 4],
-    linear_srgb_from_y: [f32; 4],
-    linear_srgb_from_z: [f32; 4],
-    white_xyz: [f32; 4],
-}
-
 impl DisplayPass {
     /// A pass for targets of `format`. Formats that do not encode sRGB themselves get encoded values.
     #[must_use]
     pub fn new(device: &wgpu::Device, format: wgpu::TextureFormat) -> Self {
-        let module = device.create_shader_module(wgpu::include_wgsl!("display.wgsl"));
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some("display"),
+            source: wgpu::ShaderSource::Wgsl(DISPLAY_WGSL.into()),
+        });
         let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some("display"),
             layout: None,
@@ -76,7 +62,9 @@ impl DisplayPass {
         target: &wgpu::TextureView,
         display: &Display,
     ) {
-        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&self.params_of(size, target, display)));
+        let target_size = [target.texture().width(), target.texture().height()];
+        let params = DisplayParams::new(display, size, target_size, self.encode);
+        queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
         let group = self.bind(device, picture);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("display"),
@@ -96,32 +84,6 @@ impl DisplayPass {
         pass.draw(0..3, 0..1);
     }
 
-    fn params_of(
-        &self,
-        picture_size: [u32; 2],
-        target: &wgpu::TextureView,
-        display: &Display,
-    ) -> DisplayParams {
-        let rows = RgbSpace::SRGB.rgb_from_xyz();
-        let column = |c: usize| [rows[0][c] as f32, rows[1][c] as f32, rows[2][c] as f32, 0.0];
-        let [x, y, z] = D65_WHITE_XYZ.map(|v| v as f32);
-        DisplayParams {
-            picture_size,
-            target_size: [target.texture().width(), target.texture().height()],
-            exposure: display.exposure as f32,
-            reinhard_white: match display.tone_map {
-                ToneMap::Clip => 0.0,
-                ToneMap::Reinhard { white } => white as f32,
-            },
-            encode: self.encode.into(),
-            padding: 0,
-            linear_srgb_from_x: column(0),
-            linear_srgb_from_y: column(1),
-            linear_srgb_from_z: column(2),
-            white_xyz: [x, y, z, 0.0],
-        }
-    }
-
     fn bind(&mut self, device: &wgpu::Device, picture: &wgpu::Buffer) -> wgpu::BindGroup {
         if let Some((bound, group)) = &self.bound
             && bound == picture
@@ -138,35 +100,5 @@ impl DisplayPass {
         });
         self.bound = Some((picture.clone(), group.clone()));
         group
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::DisplayParams;
-    use std::mem::offset_of;
-
-    #[test]
-    fn params_match_the_shader() {
-        let module = naga::front::wgsl::parse_str(include_str!("display.wgsl")).unwrap();
-        let (_, ty) = module.types.iter().find(|(_, t)| t.name.as_deref() == Some("DisplayParams")).unwrap();
-        let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{ty:?}") };
-        assert_eq!(*span as usize, size_of::<DisplayParams>());
-        let offsets: Vec<_> =
-            members.iter().map(|m| (m.name.as_deref().unwrap(), m.offset as usize)).collect();
-        assert_eq!(
-            offsets,
-            [
-                ("picture_size", offset_of!(DisplayParams, picture_size)),
-                ("target_size", offset_of!(DisplayParams, target_size)),
-                ("exposure", offset_of!(DisplayParams, exposure)),
-                ("reinhard_white", offset_of!(DisplayParams, reinhard_white)),
-                ("encode", offset_of!(DisplayParams, encode)),
-                ("linear_srgb_from_x", offset_of!(DisplayParams, linear_srgb_from_x)),
-                ("linear_srgb_from_y", offset_of!(DisplayParams, linear_srgb_from_y)),
-                ("linear_srgb_from_z", offset_of!(DisplayParams, linear_srgb_from_z)),
-                ("white_xyz", offset_of!(DisplayParams, white_xyz)),
-            ]
-        );
     }
 }

@@ -1,5 +1,5 @@
 // A picture of XYZ radiance on its way to the screen: exposure, tone map, gamut map, encoding.
-// Host side: `DisplayParams` in display.rs; the same steps as spectral_core::display.
+// Host side: `DisplayParams` in asm-core's display.rs; the same steps as spectral_core::display.
 
 struct DisplayParams {
     picture_size: vec2<u32>,
