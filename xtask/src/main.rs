@@ -1,7 +1,8 @@
-//! The project's own commands: `cargo xtask compare`, `test` and `driver`, one file or folder each.
+//! The project's own commands: `cargo xtask compare`, `test`, `driver` and `gallery`, one file or folder each.
 
 mod compare;
 mod driver;
+mod gallery;
 mod gltf_validator;
 mod paths;
 mod test;
@@ -23,6 +24,7 @@ struct Cli {
 enum Command {
     Compare(compare::Args),
     Driver(driver::Args),
+    Gallery(gallery::Args),
     Test(test::Args),
 }
 
@@ -30,6 +32,7 @@ fn main() -> ExitCode {
     let result = match Cli::parse().command {
         Command::Compare(args) => compare::run(&args),
         Command::Driver(args) => driver::run(&args),
+        Command::Gallery(args) => gallery::run(&args),
         Command::Test(args) => test::run(&args),
     };
     result.unwrap_or_else(|error| {
