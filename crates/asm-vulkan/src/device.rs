@@ -40,7 +40,8 @@ impl Failure {
 
 /// What a host application hands over: its device, and what it enabled there.
 ///
-/// The device has Vulkan 1.3 with the features `timelineSemaphore`, `synchronization2` and `dynamicRendering`.
+/// The device has Vulkan 1.3 with these features, which every such device can enable: `timelineSemaphore`, `synchronization2`,
+/// `dynamicRendering`, `robustImageAccess` and `shaderZeroInitializeWorkgroupMemory`.
 #[derive(Clone)]
 pub struct VulkanHost {
     /// The instance that `physical_device` comes from.
@@ -106,6 +107,8 @@ impl Gpu {
             ("timelineSemaphore", can12.timeline_semaphore),
             ("synchronization2", can13.synchronization2),
             ("dynamicRendering", can13.dynamic_rendering),
+            ("robustImageAccess", can13.robust_image_access),
+            ("shaderZeroInitializeWorkgroupMemory", can13.shader_zero_initialize_workgroup_memory),
         ] {
             if has == vk::FALSE {
                 return Err(no_device(format!("{} lacks the feature {name}", adapter.info.device)));
@@ -124,10 +127,8 @@ impl Gpu {
         let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
             .synchronization2(true)
             .dynamic_rendering(true)
-            .robust_image_access(can13.robust_image_access == vk::TRUE)
-            .shader_zero_initialize_workgroup_memory(
-                can13.shader_zero_initialize_workgroup_memory == vk::TRUE,
-            );
+            .robust_image_access(true)
+            .shader_zero_initialize_workgroup_memory(true);
         let mut robust2 = vk::PhysicalDeviceRobustness2FeaturesEXT::default()
             .robust_buffer_access2(robust_buffers)
             .robust_image_access2(robust.robust_image_access2 == vk::TRUE);

@@ -13,7 +13,7 @@
 //! [`AsmRenderer`] is for applications that want caustics and nothing else: it makes asm-core's plans and runs them, and
 //! [`DisplayPass`] brings a picture to an image of the host's.
 //!
-//! Examples: `headless` bakes without a window, `host` puts caustics into another application's frame. Tests need a device, and
+//! Examples: `vulkan_headless` bakes without a window, `vulkan_host` puts caustics into another application's frame. Tests need a device, and
 //! fail without one unless `SPECTRAL_ALLOW_SKIP=1`; `SPECTRAL_ADAPTER` chooses one by part of its name. They run with Khronos'
 //! validation and synchronization validation where that is installed; `SPECTRAL_REQUIRE_VALIDATION=1` fails them without.
 #![allow(unsafe_code, reason = "ash leaves Vulkan's rules to its caller; each block says why they hold")]

@@ -97,12 +97,6 @@ fn without_each_barrier(passes: SpirvPasses, plan: &Plan) -> Option<Vec<Vec<Stri
     Some(found)
 }
 
-/// How many of the missing barriers were found, and what was said about the last.
-fn found(messages: &[Vec<String>]) -> (usize, &str) {
-    let said = messages.iter().filter_map(|m| m.first());
-    (said.clone().count(), said.last().map_or("", |m| m))
-}
-
 /// Passes and copies that hand buffers on to each other in every way: read after write, write after read, write after write.
 fn chain_plan() -> Plan {
     let mut plan = scale_plan();
@@ -179,7 +173,7 @@ fn caustics_are_clean_and_missing_barriers_are_found() {
     for plan in [bake.plan, render.plan] {
         let Some(messages) = without_each_barrier(ASM_PASSES, &plan) else { return };
         // Not seen are those between frames, and between atomics: the layer does not take these for writes.
-        let (count, last) = found(&messages);
-        assert!(2 * count > messages.len(), "{count} of {} barriers: {last}", messages.len());
+        let count = messages.iter().filter(|m| !m.is_empty()).count();
+        assert!(2 * count > messages.len(), "{count} of {} barriers", messages.len());
     }
 }

@@ -107,6 +107,7 @@ impl Host {
             let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
                 .synchronization2(true)
                 .dynamic_rendering(true)
+                .robust_image_access(true)
                 .shader_zero_initialize_workgroup_memory(true);
             let mut robust2 = vk::PhysicalDeviceRobustness2FeaturesEXT::default().robust_buffer_access2(true);
             let device_extensions = [ext::robustness2::NAME.as_ptr()];
@@ -274,6 +275,24 @@ impl Host {
             buffer
         };
         HostBuffer { buffer, size_bytes, usage }
+    }
+
+    /// Copy an image to another of its size and bytes per texel.
+    pub fn copy_image(&self, from: &HostImage, to: &HostImage) {
+        let layer = vk::ImageSubresourceLayers {
+            aspect_mask: vk::ImageAspectFlags::COLOR,
+            layer_count: 1,
+            ..Default::default()
+        };
+        let region = vk::ImageCopy::default()
+            .src_subresource(layer)
+            .dst_subresource(layer)
+            .extent(vk::Extent3D { width: from.size[0], height: from.size[1], depth: 1 });
+        let general = vk::ImageLayout::GENERAL;
+        self.frame(|commands| {
+            // SAFETY: the commands are being recorded, both images are in this layout between frames.
+            unsafe { self.device.cmd_copy_image(commands, from.image, general, to.image, general, &[region]) }
+        });
     }
 
     /// Memory that the host can see.

@@ -1,0 +1,179 @@
+//! Cases that break assumptions, on a device, against what physics says of them. Executors include this beside their `device`,
+//! which makes them.
+
+use asm_core::{Ledger, PlanError, Settings, Splat, Statistics, bake_plan, render_plan};
+use frame_plan::Executor;
+use glam::DVec3;
+use spectral_core::dispersion::Dispersion;
+use spectral_scene::{Camera, IrradianceMaps, LightShape, Scene};
+
+use crate::device;
+use crate::stage::*;
+
+fn bake_on(
+    gpu: &mut dyn Executor,
+    scene: &Scene,
+    size: u32,
+    settings: &Settings,
+) -> (IrradianceMaps, Statistics) {
+    let receiver = scene.receiver("receiver").unwrap();
+    let plan = bake_plan(scene, receiver, [size; 2], settings, &gpu.limits()).unwrap();
+    gpu.prepare(&plan.plan).unwrap();
+    gpu.execute().unwrap();
+    let (maps, statistics) = plan.read(gpu).unwrap();
+    assert!(statistics.lights.iter().flat_map(|l| &l.ledgers).all(Ledger::balances));
+    assert!(
+        [&maps.direct, &maps.refracted].into_iter().flatten().flatten().all(|v| v.is_finite() && *v >= 0.0)
+    );
+    (maps, statistics)
+}
+
+#[test]
+fn plates_across_the_light_pass_what_fresnel_leaves() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    // The index of vacuum is the direct light; just above it nothing measurable is lost; 1.5 and 2.4 lose 4 % and 17 % twice.
+    for n in [1.0, 1.0 + 1e-6, 1.0001, 1.5, 2.4] {
+        let scene = plate_over_floor(glass(n), 1.0, sun(DVec3::NEG_Y));
+        let (maps, _) = bake_on(&mut gpu, &scene, 32, &aligned(128));
+        let wanted = (1.0 - ((n - 1.0) / (n + 1.0)).powi(2)).powi(2);
+        for texel in &maps.refracted {
+            for c in 0..3 {
+                let got = f64::from(texel[c]) / D65[c];
+                assert!((got - wanted).abs() < 2e-6, "n {n}: {got} {wanted}");
+            }
+        }
+        assert_eq!(total(&maps.direct), [0.0; 3]);
+    }
+}
+
+#[test]
+fn strong_and_no_dispersion_follow_fresnel_at_every_wavelength() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    for khr_dispersion in [2.0, 0.0] {
+        let dispersion = Dispersion::from_khr(1.6, khr_dispersion).unwrap();
+        let mut material = glass(1.0);
+        material.dispersion = dispersion.clone();
+        let mut scene = plate_over_floor(material, 1.0, sun(DVec3::NEG_Y));
+        for nm in [400.0, 700.0] {
+            scene.lights[0].spectrum = spectral_core::light::LightSpectrum::line(nm).unwrap();
+            let (maps, _) = bake_on(&mut gpu, &scene, 16, &aligned(64));
+            let n = dispersion.ior(nm);
+            let wanted = (1.0 - ((n - 1.0) / (n + 1.0)).powi(2)).powi(2);
+            for texel in &maps.refracted {
+                assert!(
+                    (f64::from(texel[1]) - wanted).abs() < 2e-6,
+                    "{khr_dispersion} {nm}: {texel:?} {wanted}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn one_texel_holds_every_photon() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    let scene = plate_over_floor(glass(1.5), 0.5, sun(DVec3::NEG_Y));
+    for splat in [Splat::Point, Splat::Gaussian { radius: 8 }, Splat::Auto] {
+        let settings = Settings {
+            emission_size: 64,
+            map_size: Some(1),
+            wavelengths: Some(1),
+            splat,
+            prune: false,
+            ..Settings::default()
+        };
+        let mut plan = bake_plan(&scene, 0, [16; 2], &settings, &gpu.limits()).unwrap();
+        let map = plan.plan.resource("map").unwrap();
+        plan.plan.resources[map.0 as usize].readable = true;
+        gpu.prepare(&plan.plan).unwrap();
+        gpu.execute().unwrap();
+        let words = device::words(&gpu.read(map).unwrap());
+        let light = plan.read(&mut gpu).unwrap().1.lights.remove(0);
+        let ledger = light.ledgers[0];
+        assert!(ledger.balances() && ledger.landed.photons > 1000, "{ledger:?}");
+        // Z is the largest of D65, its weight a whole: to the last unit what landed, carried over into the high word.
+        let z = u64::from(words[4]) | u64::from(words[5]) << 32;
+        assert_eq!(z, ledger.landed.flux + ledger.beside.flux, "{splat:?}");
+        assert!(words[5] > 100, "the low word was full many times: {words:?}");
+    }
+}
+
+#[test]
+fn light_that_meets_nothing_leaves_nothing() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    let few = Settings { emission_size: 64, ..Settings::default() };
+    let away = LightShape::Spot {
+        position_m: DVec3::Y * 0.8,
+        direction: DVec3::Y,
+        inner_cone_rad: 0.2,
+        outer_cone_rad: 0.4,
+        range_m: None,
+    };
+    for prune in [true, false] {
+        let settings = Settings { prune, ..few.clone() };
+        // A spot that shines away, and light along the floor and the plate's sides.
+        for light in [light(away, 1.0), sun(DVec3::X), sun(DVec3::new(1.0, 0.0, 1.0))] {
+            let scene = plate_over_floor(glass(1.5), 0.4, light);
+            let (maps, statistics) = bake_on(&mut gpu, &scene, 16, &settings);
+            assert_eq!((total(&maps.direct), total(&maps.refracted)), ([0.0; 3], [0.0; 3]));
+            assert!(statistics.lights.iter().flat_map(|l| &l.ledgers).all(|l| l.landed.flux == 0));
+        }
+        // No glass: the floor in full light. No light and no object: black.
+        let mut scene = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
+        scene.objects.pop();
+        let (maps, _) = bake_on(&mut gpu, &scene, 16, &settings);
+        assert!(maps.direct.iter().all(|t| (t[1] - 1.0).abs() < 1e-6));
+        let camera = Camera::look_at(DVec3::ONE, DVec3::ZERO);
+        let empty = Scene { cameras: vec![camera], lights: scene.lights, ..Scene::default() };
+        let plan = render_plan(&empty, 0, [1, 1], &settings, &gpu.limits()).unwrap();
+        gpu.prepare(&plan.plan).unwrap();
+        gpu.execute().unwrap();
+        assert_eq!(plan.read(&mut gpu).unwrap().0.xyz, [[0.0; 3]]);
+    }
+}
+
+#[test]
+fn single_texels_and_pixels_are_means() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    let settings = Settings { emission_size: 128, ..Settings::default() };
+    let scene = plate_over_floor(glass(1.0), 2.0, sun(DVec3::NEG_Y));
+    let (maps, _) = bake_on(&mut gpu, &scene, 1, &settings);
+    assert!((maps.refracted[0][1] - 1.0).abs() < 5e-3, "{:?}", maps.refracted);
+    // A pixel that sees only the floor, of reflectance 1: radiance is lux over pi.
+    let mut scene = plate_over_floor(glass(1.0), 0.2, sun(DVec3::NEG_Y));
+    scene.objects.pop();
+    scene.cameras.push(Camera { yfov_rad: 0.1, ..Camera::look_at(DVec3::new(0.1, 1.0, 0.1), DVec3::ZERO) });
+    let plan = render_plan(&scene, 0, [1, 1], &settings, &gpu.limits()).unwrap();
+    gpu.prepare(&plan.plan).unwrap();
+    gpu.execute().unwrap();
+    let pixel = plan.read(&mut gpu).unwrap().0.xyz[0];
+    assert!((f64::from(pixel[1]) * std::f64::consts::PI - 1.0).abs() < 1e-5, "{pixel:?}");
+}
+
+#[test]
+fn maps_beyond_the_devices_limits_are_refused_with_the_numbers() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    let limits = gpu.limits();
+    let scene = plate_over_floor(glass(1.5), 0.5, sun(DVec3::NEG_Y));
+    let largest = limits.max_texture_size;
+    let settings = Settings { map_size: Some(largest.min(16_384)), ..Settings::default() };
+    let needed = 24 * u64::from(largest.min(16_384)).pow(2);
+    let refused = bake_plan(&scene, 0, [64; 2], &settings, &limits);
+    let allowed = limits.max_storage_binding_bytes.min(limits.max_buffer_bytes).min(limits.max_total_bytes);
+    match refused {
+        Err(error @ PlanError::Limit { .. }) => {
+            let text = error.to_string();
+            assert!(text.contains("the device takes") && text.contains("lower map_size"), "{text}");
+        }
+        Ok(_) => assert!(needed < allowed, "{needed} bytes in {allowed}"),
+        Err(other) => panic!("{other}"),
+    }
+    let wide = bake_plan(&scene, 0, [largest + 1, 1], &Settings::default(), &limits).unwrap_err();
+    assert!(
+        matches!(&wide, PlanError::Limit { needed, max, .. } if (*needed, *max) == (u64::from(largest) + 1, largest.into())),
+        "{wide}"
+    );
+    // Nothing was allocated, and the device goes on.
+    let small = Settings { emission_size: 64, ..Settings::default() };
+    assert!(total(&bake_on(&mut gpu, &scene, 8, &small).0.refracted)[1] > 0.0);
+}

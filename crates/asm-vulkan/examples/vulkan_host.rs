@@ -1,0 +1,294 @@
+//! A host application that owns instance, device, queue and a target image, and puts caustics into its own frame.
+//!
+//! It has no window: at the end it writes what its image holds to a PNG file.
+//! `cargo run -p asm-vulkan --example vulkan_host [SCENE] [FILE.png]`
+#![allow(unsafe_code, reason = "a host calls Vulkan itself")]
+
+use std::error::Error;
+
+use asm_core::Settings;
+use asm_vulkan::ash::{self, vk};
+use asm_vulkan::{AsmRenderer, HostImage, VulkanHost};
+use spectral_core::display::{Display, ToneMap};
+
+const SIZE: [u32; 2] = [640, 360];
+const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
+const FRAMES: u64 = 5;
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let mut arguments = std::env::args().skip(1);
+    let (scene, _) = spectral_scene::open(&arguments.next().unwrap_or_else(|| "sphere".into()))?;
+    let file = arguments.next().unwrap_or_else(|| "host.png".into());
+
+    // SAFETY, for all of this block: handles are the application's own and destroyed in the end, after the device is idle, those
+    // that others are made from last; what the renderer demands is said at its calls.
+    let pixels = unsafe {
+        let host = Application::new()?;
+        let (image, memory) = host.image()?;
+        let (staging, staging_memory) = host.staging()?;
+        let view = host.device.create_image_view(
+            &vk::ImageViewCreateInfo::default()
+                .image(image)
+                .view_type(vk::ImageViewType::TYPE_2D)
+                .format(FORMAT)
+                .subresource_range(RANGE),
+            None,
+        )?;
+
+        // Once per scene. The renderer gets the host's device and two frames that may be unfinished at once.
+        let mut caustics = AsmRenderer::from_host(VulkanHost {
+            instance: host.instance.clone(),
+            physical_device: host.physical,
+            device: host.device.clone(),
+            queue: host.queue,
+            queue_family: host.queue_family,
+            frames_in_flight: 2,
+            robust_buffer_access2: false,
+            fragment_stores_and_atomics: false,
+        })?;
+        caustics.prepare(&scene, 0, SIZE, &Settings::default())?;
+
+        // Every frame: the host's command buffer takes the caustics, and whatever the host draws before and after them.
+        let display = Display { exposure: 2.0, tone_map: ToneMap::Reinhard { white: 8.0 } };
+        let target = HostImage {
+            image,
+            view: Some(view),
+            format: FORMAT,
+            size: SIZE,
+            layers: 1,
+            mips: 1,
+            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
+            layout_before: vk::ImageLayout::UNDEFINED,
+            layout_after: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
+        };
+        for frame in 1..=FRAMES {
+            // Two frames back must be finished, for its command buffer and for the renderer.
+            host.wait(frame.saturating_sub(2))?;
+            let commands = host.commands[frame as usize % 2];
+            host.device.begin_command_buffer(commands, &vk::CommandBufferBeginInfo::default())?;
+            caustics.record(commands, &target, &display)?;
+            if frame == FRAMES {
+                host.copy(commands, image, staging);
+            }
+            host.device.end_command_buffer(commands)?;
+            host.submit(commands, frame)?;
+        }
+        host.wait(FRAMES)?;
+        drop(caustics);
+
+        let bytes = (SIZE[0] * SIZE[1] * 4) as usize;
+        let mapped = host.device.map_memory(staging_memory, 0, bytes as u64, vk::MemoryMapFlags::empty())?;
+        let pixels = std::slice::from_raw_parts(mapped.cast::<u8>(), bytes).to_vec();
+        host.device.destroy_image_view(view, None);
+        host.device.destroy_image(image, None);
+        host.device.destroy_buffer(staging, None);
+        host.device.free_memory(memory, None);
+        host.device.free_memory(staging_memory, None);
+        pixels
+    };
+
+    let writer = std::io::BufWriter::new(std::fs::File::create(&file)?);
+    let mut png = png::Encoder::new(writer, SIZE[0], SIZE[1]);
+    png.set_color(png::ColorType::Rgba);
+    png.write_header()?.write_image_data(&pixels)?;
+    let lit = pixels.chunks_exact(4).filter(|p| p[..3] != [0; 3]).count();
+    println!("{file}: {} x {}, {lit} pixels are not black", SIZE[0], SIZE[1]);
+    Ok(())
+}
+
+const RANGE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
+    aspect_mask: vk::ImageAspectFlags::COLOR,
+    base_mip_level: 0,
+    level_count: 1,
+    base_array_layer: 0,
+    layer_count: 1,
+};
+
+/// What any Vulkan application has.
+struct Application {
+    _entry: ash::Entry,
+    instance: ash::Instance,
+    physical: vk::PhysicalDevice,
+    queue_family: u32,
+    device: ash::Device,
+    queue: vk::Queue,
+    pool: vk::CommandPool,
+    commands: Vec<vk::CommandBuffer>,
+    timeline: vk::Semaphore,
+}
+
+impl Application {
+    /// # Safety
+    /// As Vulkan's calls.
+    unsafe fn new() -> Result<Self, Box<dyn Error>> {
+        // SAFETY: whole descriptions, of what was just found.
+        unsafe {
+            let entry = ash::Entry::load()?;
+            let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
+            let create = vk::InstanceCreateInfo::default().application_info(&application);
+            let instance = entry.create_instance(&create, None)?;
+            let physical = *instance.enumerate_physical_devices()?.first().ok_or("no Vulkan device")?;
+            let families = instance.get_physical_device_queue_family_properties(physical);
+            let wanted = vk::QueueFlags::GRAPHICS | vk::QueueFlags::COMPUTE;
+            let queue_family =
+                families.iter().position(|f| f.queue_flags.contains(wanted)).ok_or("no queue that draws")?
+                    as u32;
+            let queues = [vk::DeviceQueueCreateInfo::default()
+                .queue_family_index(queue_family)
+                .queue_priorities(&[1.0])];
+            // The features that the renderer needs.
+            let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
+            let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
+                .synchronization2(true)
+                .dynamic_rendering(true)
+                .robust_image_access(true)
+                .shader_zero_initialize_workgroup_memory(true);
+            let create = vk::DeviceCreateInfo::default()
+                .queue_create_infos(&queues)
+                .push_next(&mut features12)
+                .push_next(&mut features13);
+            let device = instance.create_device(physical, &create, None)?;
+            let queue = device.get_device_queue(queue_family, 0);
+            let create = vk::CommandPoolCreateInfo::default()
+                .flags(vk::CommandPoolCreateFlags::RESET_COMMAND_BUFFER)
+                .queue_family_index(queue_family);
+            let pool = device.create_command_pool(&create, None)?;
+            let allocate =
+                vk::CommandBufferAllocateInfo::default().command_pool(pool).command_buffer_count(2);
+            let commands = device.allocate_command_buffers(&allocate)?;
+            let mut timeline =
+                vk::SemaphoreTypeCreateInfo::default().semaphore_type(vk::SemaphoreType::TIMELINE);
+            let create = vk::SemaphoreCreateInfo::default().push_next(&mut timeline);
+            let timeline = device.create_semaphore(&create, None)?;
+            Ok(Self {
+                _entry: entry,
+                instance,
+                physical,
+                queue_family,
+                device,
+                queue,
+                pool,
+                commands,
+                timeline,
+            })
+        }
+    }
+
+    /// # Safety
+    /// As Vulkan's calls.
+    unsafe fn image(&self) -> Result<(vk::Image, vk::DeviceMemory), Box<dyn Error>> {
+        let create = vk::ImageCreateInfo::default()
+            .image_type(vk::ImageType::TYPE_2D)
+            .format(FORMAT)
+            .extent(vk::Extent3D { width: SIZE[0], height: SIZE[1], depth: 1 })
+            .mip_levels(1)
+            .array_layers(1)
+            .samples(vk::SampleCountFlags::TYPE_1)
+            .usage(vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC);
+        // SAFETY: a whole description, and memory that fits it.
+        unsafe {
+            let image = self.device.create_image(&create, None)?;
+            let wanted = self.device.get_image_memory_requirements(image);
+            let memory = self.memory(wanted, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
+            self.device.bind_image_memory(image, memory, 0)?;
+            Ok((image, memory))
+        }
+    }
+
+    /// # Safety
+    /// As Vulkan's calls.
+    unsafe fn staging(&self) -> Result<(vk::Buffer, vk::DeviceMemory), Box<dyn Error>> {
+        let create = vk::BufferCreateInfo::default()
+            .size(u64::from(SIZE[0] * SIZE[1] * 4))
+            .usage(vk::BufferUsageFlags::TRANSFER_DST);
+        let visible = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
+        // SAFETY: a whole description, and memory that fits it.
+        unsafe {
+            let buffer = self.device.create_buffer(&create, None)?;
+            let memory = self.memory(self.device.get_buffer_memory_requirements(buffer), visible)?;
+            self.device.bind_buffer_memory(buffer, memory, 0)?;
+            Ok((buffer, memory))
+        }
+    }
+
+    /// # Safety
+    /// As Vulkan's calls.
+    unsafe fn memory(
+        &self,
+        wanted: vk::MemoryRequirements,
+        flags: vk::MemoryPropertyFlags,
+    ) -> Result<vk::DeviceMemory, Box<dyn Error>> {
+        // SAFETY: the type is one that the device has.
+        unsafe {
+            let types = self.instance.get_physical_device_memory_properties(self.physical);
+            let fits = |i: &u32| {
+                wanted.memory_type_bits & (1 << i) != 0
+                    && types.memory_types[*i as usize].property_flags.contains(flags)
+            };
+            let index = (0..types.memory_type_count).find(fits).ok_or("no memory for the target")?;
+            let allocate =
+                vk::MemoryAllocateInfo::default().allocation_size(wanted.size).memory_type_index(index);
+            Ok(self.device.allocate_memory(&allocate, None)?)
+        }
+    }
+
+    /// # Safety
+    /// The commands are being recorded, and the image is a copy source.
+    unsafe fn copy(&self, commands: vk::CommandBuffer, image: vk::Image, staging: vk::Buffer) {
+        let region = vk::BufferImageCopy::default()
+            .image_subresource(vk::ImageSubresourceLayers {
+                aspect_mask: vk::ImageAspectFlags::COLOR,
+                mip_level: 0,
+                base_array_layer: 0,
+                layer_count: 1,
+            })
+            .image_extent(vk::Extent3D { width: SIZE[0], height: SIZE[1], depth: 1 });
+        let layout = vk::ImageLayout::TRANSFER_SRC_OPTIMAL;
+        let barrier = [vk::MemoryBarrier2::default()
+            .src_stage_mask(vk::PipelineStageFlags2::COPY)
+            .src_access_mask(vk::AccessFlags2::TRANSFER_WRITE)
+            .dst_stage_mask(vk::PipelineStageFlags2::HOST)
+            .dst_access_mask(vk::AccessFlags2::HOST_READ)];
+        let dependency = vk::DependencyInfo::default().memory_barriers(&barrier);
+        // SAFETY: as the function demands; the buffer has room for the image.
+        unsafe {
+            self.device.cmd_copy_image_to_buffer(commands, image, layout, staging, &[region]);
+            self.device.cmd_pipeline_barrier2(commands, &dependency);
+        }
+    }
+
+    /// # Safety
+    /// The commands are recorded and not pending.
+    unsafe fn submit(&self, commands: vk::CommandBuffer, frame: u64) -> Result<(), vk::Result> {
+        let buffers = [vk::CommandBufferSubmitInfo::default().command_buffer(commands)];
+        let signals = [vk::SemaphoreSubmitInfo::default()
+            .semaphore(self.timeline)
+            .value(frame)
+            .stage_mask(vk::PipelineStageFlags2::ALL_COMMANDS)];
+        let submit =
+            vk::SubmitInfo2::default().command_buffer_infos(&buffers).signal_semaphore_infos(&signals);
+        // SAFETY: as the function demands.
+        unsafe { self.device.queue_submit2(self.queue, &[submit], vk::Fence::null()) }
+    }
+
+    /// Wait until a frame is finished.
+    fn wait(&self, frame: u64) -> Result<(), vk::Result> {
+        let (semaphores, values) = ([self.timeline], [frame]);
+        let wait = vk::SemaphoreWaitInfo::default().semaphores(&semaphores).values(&values);
+        // SAFETY: the semaphore is alive, and the frame was submitted or is 0.
+        unsafe { self.device.wait_semaphores(&wait, u64::MAX) }
+    }
+}
+
+impl Drop for Application {
+    fn drop(&mut self) {
+        // SAFETY: nothing is used again. A device that is lost is idle.
+        unsafe {
+            let _ = self.device.device_wait_idle();
+            self.device.destroy_semaphore(self.timeline, None);
+            self.device.destroy_command_pool(self.pool, None);
+            self.device.destroy_device(None);
+            self.instance.destroy_instance(None);
+        }
+    }
+}
