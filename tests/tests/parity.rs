@@ -62,13 +62,19 @@ fn executors_agree_on(name: &str) {
         assert_eq!(first.1.lights, again.1.lights, "{name}: {id} gave two ledgers");
         results.push((*id, executor.info().clone(), first));
     }
-    let (first_id, first_device, (first, first_statistics)) = &results[0];
-    for (id, device, (maps, statistics)) in &results[1..] {
-        let bound = Snapping::between(device, first_device).parity(EMISSION_SIZE);
-        let found = disparities(&subject, maps, first, bound);
-        assert!(found.is_empty(), "{name}: {id} against {first_id}: {found:?}");
-        assert_ledgers_agree(name, first_statistics, statistics);
+    for (i, (id, device, (maps, statistics))) in results.iter().enumerate() {
+        for (other_id, other_device, (other, other_statistics)) in &results[..i] {
+            let bound = Snapping::between(device, other_device).parity(EMISSION_SIZE);
+            let found = disparities(&subject, maps, other, bound);
+            assert!(found.is_empty(), "{name}: {id} against {other_id}: {found:?}");
+            assert_ledgers_agree(name, other_statistics, statistics);
+            if (&device.device, &device.driver) == (&other_device.device, &other_device.driver) {
+                assert!(bits(maps).eq(bits(other)), "{name}: {id} and {other_id} on one driver");
+                assert_eq!(statistics.lights, other_statistics.lights, "{name}: {id} and {other_id}");
+            }
+        }
     }
+    let (_, first_device, (first, _)) = &results[0];
     // Not even the coarsest rasteriser's bound lets a fault through.
     let coarsest = Snapping::between(&DeviceInfo::default(), first_device).parity(EMISSION_SIZE);
     for sabotage in Sabotage::ALL {

@@ -1,6 +1,7 @@
 //! The executors of the project, in the order in which they are compared.
 
 use asm_core::{BakePlan, RenderPlan, Statistics};
+use asm_vulkan::{ASM_PASSES, VulkanExecutor, VulkanOptions};
 use asm_wgpu::{WgpuExecutor, WgpuOptions};
 use frame_plan::cpu::CpuExecutor;
 use frame_plan::{ExecuteError, Executor};
@@ -8,7 +9,7 @@ use spectral_scene::IrradianceMaps;
 
 /// An executor that a machine may or may not be able to start.
 pub struct Candidate {
-    /// Name in reports: `cpu`, `wgpu`.
+    /// Name in reports: `cpu`, `wgpu`, `vulkan`.
     pub id: &'static str,
     /// Starts it.
     pub open: fn() -> Result<Box<dyn Executor>, ExecuteError>,
@@ -20,6 +21,10 @@ pub const EXECUTORS: &[Candidate] = &[
     Candidate {
         id: "wgpu",
         open: || Ok(Box::new(WgpuExecutor::new(asm_core::PASSES, &WgpuOptions::default())?)),
+    },
+    Candidate {
+        id: "vulkan",
+        open: || Ok(Box::new(VulkanExecutor::new(ASM_PASSES, &VulkanOptions::default())?)),
     },
 ];
 

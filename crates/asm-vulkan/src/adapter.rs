@@ -234,7 +234,8 @@ pub(crate) fn device_info(
     let info = DeviceInfo {
         executor: EXECUTOR.into(),
         device: text(device.device_name_as_c_str()),
-        driver: name.trim().into(),
+        // As wgpu has it, so that what runs on one driver can be told.
+        driver: format!("{} (vulkan)", name.trim()),
         device_type: conv::device_type(device.device_type),
         subpixel_bits: Some(device.limits.sub_pixel_precision_bits),
     };

@@ -117,7 +117,7 @@ pub(crate) struct RunArgs {
     /// Most internal reflections that are followed [default: the method's].
     #[arg(long, value_name = "B", value_parser = values::bounces, allow_negative_numbers = true)]
     pub(crate) bounces: Option<u32>,
-    /// What runs the plan: auto, cpu or wgpu.
+    /// What runs the plan: auto, cpu, wgpu or vulkan.
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
     pub(crate) backend: Backend,
     /// GPU adapter, by a part of its name; see `spectral devices`.

@@ -1,6 +1,9 @@
 //! Choosing what runs a plan.
 
+use std::path::PathBuf;
+
 use asm_core::PASSES;
+use asm_vulkan::{ASM_PASSES, VulkanExecutor, VulkanOptions};
 use asm_wgpu::{WgpuExecutor, WgpuOptions};
 use frame_plan::cpu::CpuExecutor;
 use frame_plan::{DeviceInfo, DeviceType, Executor};
@@ -26,11 +29,11 @@ pub(crate) fn choose(run: &RunArgs) -> Result<Chosen, CliError> {
     match (run.backend, &run.adapter) {
         (Backend::Cpu, _) => cpu(run, "asked for".into()),
         (Backend::Wgpu, _) | (Backend::Auto, Some(_)) => {
-            let executor = wgpu(run.adapter.clone()).map_err(|problem| {
-                CliError::failed(format!(
-                    "{problem}; `spectral devices` lists what there is, --backend cpu always works"
-                ))
-            })?;
+            let executor = wgpu(run.adapter.clone()).map_err(no_device)?;
+            Ok(Chosen { executor: Box::new(executor), reason: "asked for".into() })
+        }
+        (Backend::Vulkan, _) => {
+            let executor = vulkan(run.adapter.clone()).map_err(no_device)?;
             Ok(Chosen { executor: Box::new(executor), reason: "asked for".into() })
         }
         (Backend::Auto, None) => match auto(&asm_wgpu::adapters()) {
@@ -58,6 +61,23 @@ pub(crate) fn auto(adapters: &[DeviceInfo]) -> Result<String, String> {
 /// The wgpu executor on the adapter of that name, or on the best one; or why there is none.
 pub(crate) fn wgpu(adapter: Option<String>) -> Result<WgpuExecutor, String> {
     WgpuExecutor::new(PASSES, &WgpuOptions { adapter }).map_err(|error| error.to_string())
+}
+
+/// The Vulkan executor on the adapter of that name, or on the best one; or why there is none.
+pub(crate) fn vulkan(adapter: Option<String>) -> Result<VulkanExecutor, String> {
+    let options = VulkanOptions { adapter, pipeline_cache: cache_folder(), ..VulkanOptions::default() };
+    VulkanExecutor::new(ASM_PASSES, &options).map_err(|error| error.to_string())
+}
+
+/// Where users' programs keep what they can make again.
+fn cache_folder() -> Option<PathBuf> {
+    let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+    let folder = variable(if cfg!(windows) { "LOCALAPPDATA" } else { "XDG_CACHE_HOME" });
+    Some(folder.or_else(|| variable("HOME").map(|home| home.join(".cache")))?.join("spectral"))
+}
+
+fn no_device(problem: String) -> CliError {
+    CliError::failed(format!("{problem}; `spectral devices` lists what there is, --backend cpu always works"))
 }
 
 fn cpu(run: &RunArgs, reason: String) -> Result<Chosen, CliError> {

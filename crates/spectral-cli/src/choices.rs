@@ -46,13 +46,17 @@ pub(crate) enum Backend {
     Cpu,
     /// The wgpu executor.
     Wgpu,
+    /// The Vulkan executor.
+    Vulkan,
 }
 
 impl FromStr for Backend {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(text, &[("auto", Self::Auto), ("cpu", Self::Cpu), ("wgpu", Self::Wgpu)], &["vulkan"])
+        let built =
+            [("auto", Self::Auto), ("cpu", Self::Cpu), ("wgpu", Self::Wgpu), ("vulkan", Self::Vulkan)];
+        choose(text, &built, &[])
     }
 }
 

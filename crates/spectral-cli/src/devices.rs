@@ -45,8 +45,10 @@ struct Report {
 }
 
 pub(crate) fn run(args: &DevicesArgs) -> Result<(), CliError> {
-    let (mut executors, auto) = wgpu();
-    executors.insert(0, cpu());
+    let mut executors = vec![cpu()];
+    let (wgpu, auto) = wgpu();
+    executors.extend(wgpu);
+    executors.extend(vulkan());
     let report = Report { executors, auto };
     messages::print(&if args.json { targets::json_text(&report)? } else { table(&report) })
 }
@@ -61,17 +63,32 @@ fn cpu() -> Entry {
 /// Every adapter that wgpu knows, each opened to see whether it works, and what `auto` makes of them.
 fn wgpu() -> (Vec<Entry>, &'static str) {
     let adapters = asm_wgpu::adapters();
-    if adapters.is_empty() {
-        let reason =
-            "wgpu finds no adapter: install a GPU driver, or let `cargo xtask driver` fetch a software one";
-        return (vec![entry("wgpu", Status::Missing, &DeviceInfo::default(), reason.into())], "cpu");
-    }
-    let open = |info: &DeviceInfo| match backend::wgpu(Some(info.device.clone())) {
-        Ok(_) => entry("wgpu", Status::Available, info, words(info.device_type).into()),
-        Err(problem) => entry("wgpu", Status::Failed, info, problem),
-    };
     let auto = if backend::auto(&adapters).is_ok() { "wgpu" } else { "cpu" };
-    (adapters.iter().map(open).collect(), auto)
+    (entries("wgpu", &adapters, |name| backend::wgpu(Some(name)).map(drop)), auto)
+}
+
+/// Every device that the Vulkan executor can run on, each opened to see whether it works.
+fn vulkan() -> Vec<Entry> {
+    entries("vulkan", &asm_vulkan::adapters(), |name| backend::vulkan(Some(name)).map(drop))
+}
+
+/// What opening each adapter by its name says, or that there is none.
+fn entries(
+    id: &'static str,
+    adapters: &[DeviceInfo],
+    open: impl Fn(String) -> Result<(), String>,
+) -> Vec<Entry> {
+    if adapters.is_empty() {
+        let reason = format!(
+            "{id} finds no adapter: install a GPU driver, or let `cargo xtask driver` fetch a software one"
+        );
+        return vec![entry(id, Status::Missing, &DeviceInfo::default(), reason)];
+    }
+    let entry = |info: &DeviceInfo| match open(info.device.clone()) {
+        Ok(()) => entry(id, Status::Available, info, words(info.device_type).into()),
+        Err(problem) => entry(id, Status::Failed, info, problem),
+    };
+    adapters.iter().map(entry).collect()
 }
 
 const fn words(device_type: DeviceType) -> &'static str {
@@ -100,7 +117,7 @@ fn table(report: &Report) -> String {
         let name =
             [device.as_str(), driver].into_iter().filter(|n| !n.is_empty()).collect::<Vec<_>>().join(", ");
         let name = if name.is_empty() { reason.clone() } else { format!("{name}: {reason}") };
-        writeln!(text, "{id:<5} {status:<10} {name}").expect("a String takes everything");
+        writeln!(text, "{id:<6} {status:<10} {name}").expect("a String takes everything");
     }
     writeln!(text, "--backend auto takes {}", report.auto).expect("a String takes everything");
     text

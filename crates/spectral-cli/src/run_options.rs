@@ -43,12 +43,13 @@ impl RunArgs {
     }
 
     fn check_reference(&self) -> Result<(), CliError> {
-        if self.backend == Backend::Wgpu || self.adapter.is_some() {
-            return usage(
-                "--method reference runs on the CPU only: leave out --backend wgpu and --adapter".into(),
-            );
-        }
-        Ok(())
+        let gpu = match self.backend {
+            Backend::Wgpu => "--backend wgpu",
+            Backend::Vulkan => "--backend vulkan",
+            Backend::Auto | Backend::Cpu if self.adapter.is_some() => "--adapter",
+            Backend::Auto | Backend::Cpu => return Ok(()),
+        };
+        usage(format!("--method reference runs on the CPU only: leave out {gpu}"))
     }
 
     fn check_caustics_map(&self) -> Result<(), CliError> {

@@ -38,7 +38,7 @@ pub(crate) struct Stats<'a> {
 /// What a method says about its run.
 #[derive(Serialize)]
 pub(crate) struct Work {
-    /// `cpu` or `wgpu`.
+    /// `cpu`, `wgpu` or `vulkan`.
     pub(crate) backend: String,
     /// Why this one.
     pub(crate) backend_reason: String,

@@ -133,26 +133,29 @@ fn a_noise_target_is_kept() {
     assert!(error["refracted"].as_f64().expect("an error") <= 0.2, "{error}");
 }
 
-/// Where wgpu has an adapter it must bake; where it has none the message says what works.
+/// Where a GPU executor has an adapter it must bake; where it has none the message says what works.
 #[test]
-fn wgpu_bakes_or_says_that_there_is_no_adapter() {
-    let folder = tempfile::tempdir().expect("folder");
+fn gpus_bake_or_say_that_there_is_no_adapter() {
     let devices: Value = serde_json::from_str(&spectral("devices --json").done().stdout).expect("JSON");
-    let there = devices["executors"]
-        .as_array()
-        .expect("executors")
-        .iter()
-        .any(|e| e["id"] == "wgpu" && e["status"] == "available");
-    let run = "bake gem --size 16x16 --wavelengths 1 -o out.exr --backend wgpu --stats stats.json";
-    let run = spectral_in(folder.path(), run);
-    if there {
-        run.done();
-        check_irradiance(&folder.path().join("out.exr"), [16, 16], &["direct", "refracted"]);
-        assert_eq!(json(&folder.path().join("stats.json"))["backend"], "wgpu");
-        spectral("bake gem --size 16x16 -o out.exr --adapter no-such-adapter").failed(&["no-such-adapter"]);
-    } else {
-        run.failed(&["wgpu", "--backend cpu"]);
-        assert!(files_in(folder.path()).is_empty());
+    let executors = devices["executors"].as_array().expect("executors");
+    for backend in ["wgpu", "vulkan"] {
+        let folder = tempfile::tempdir().expect("folder");
+        let there = executors.iter().any(|e| e["id"] == backend && e["status"] == "available");
+        let run = format!(
+            "bake gem --size 16x16 --wavelengths 1 -o out.exr --backend {backend} --stats stats.json"
+        );
+        let run = spectral_in(folder.path(), &run);
+        if there {
+            run.done();
+            check_irradiance(&folder.path().join("out.exr"), [16, 16], &["direct", "refracted"]);
+            assert_eq!(json(&folder.path().join("stats.json"))["backend"], backend);
+            let run =
+                format!("bake gem --size 16x16 -o out.exr --backend {backend} --adapter no-such-adapter");
+            spectral(&run).failed(&["no-such-adapter"]);
+        } else {
+            run.failed(&[backend, "--backend cpu"]);
+            assert!(files_in(folder.path()).is_empty());
+        }
     }
 }
 

@@ -67,7 +67,9 @@ fn devices_always_have_the_cpu() {
     let report = json("devices --json");
     let executors = report["executors"].as_array().expect("executors");
     assert_eq!((&executors[0]["id"], &executors[0]["status"]), (&"cpu".into(), &"available".into()));
-    assert!(executors.iter().any(|e| e["id"] == "wgpu"), "wgpu is there or says why not");
+    for id in ["wgpu", "vulkan"] {
+        assert!(executors.iter().any(|e| e["id"] == id), "{id} is there or says why not");
+    }
     for executor in executors {
         assert!(["available", "failed", "missing"].iter().any(|s| executor["status"] == *s));
         assert!(executor["reason"].as_str().is_some_and(|r| !r.is_empty()));
@@ -78,7 +80,7 @@ fn devices_always_have_the_cpu() {
     let auto = report["auto"].as_str().expect("auto");
     assert!(executors.iter().any(|e| e["id"] == auto && e["status"] == "available"));
     let text = spectral("devices").done().stdout;
-    assert!(text.contains("cpu") && text.contains("wgpu") && text.contains("auto"), "{text}");
+    assert!(["cpu", "wgpu", "vulkan", "auto"].iter().all(|word| text.contains(word)), "{text}");
 }
 
 #[test]
