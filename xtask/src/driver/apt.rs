@@ -14,6 +14,9 @@ use crate::tool;
 /// What a Vulkan program needs: the software driver and the loader.
 const WANTED: [&str; 2] = ["mesa-vulkan-drivers", "libvulkan1"];
 
+/// Khronos' validation layer, which lets tests check every call; releases may lack it.
+const WELCOME: &str = "vulkan-validationlayers";
+
 /// A second C library under a running dynamic linker is a crash, so an upgrade of these is not taken along.
 const NEVER_PRIVATE: [&str; 3] = ["libc6", "libc-bin", "libgcc-s1"];
 
@@ -83,11 +86,12 @@ impl Apt {
 
     /// What is missing, as package files.
     fn download(&self) -> Result<Vec<PathBuf>> {
-        tool::run(
-            self.command()
-                .args(["--yes", "--no-install-recommends", "--download-only", "install"])
-                .args(WANTED),
-        )?;
+        let install = |more: &[&str]| {
+            let mut command = self.command();
+            command.args(["--yes", "--no-install-recommends", "--download-only", "install"]);
+            tool::run(command.args(WANTED).args(more))
+        };
+        install(&[WELCOME]).or_else(|_| install(&[]))?;
         let mut packages = Vec::new();
         for entry in fs::read_dir(&self.archives)? {
             let path = entry?.path();
@@ -107,7 +111,7 @@ impl Apt {
 fn without_wanted(status: &str) -> String {
     let wanted = |stanza: &&str| {
         let name = stanza.lines().find_map(|line| line.strip_prefix("Package: "));
-        name.is_some_and(|name| WANTED.contains(&name.trim()))
+        name.is_some_and(|name| WANTED.contains(&name.trim()) || name.trim() == WELCOME)
     };
     let kept: Vec<_> = status.split("\n\n").filter(|stanza| !wanted(stanza)).collect();
     kept.join("\n\n")

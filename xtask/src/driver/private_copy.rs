@@ -11,6 +11,12 @@ use super::{Environment, prepended};
 /// Our manifest, beside the unpacked packages: the loader resolves its library path from where it lies.
 const MANIFEST: &str = "driver_icd.json";
 
+/// Where packages put the manifests of layers that programs ask for.
+const LAYERS: &str = "usr/share/vulkan/explicit_layer.d";
+
+/// That of Khronos' validation layer; its library is found as all libraries of the copy are.
+const VALIDATION_MANIFEST: &str = "VkLayer_khronos_validation.json";
+
 /// Drivers we take; packages bring manifests of hardware drivers too.
 const SOFTWARE_MANIFESTS: [&str; 2] = ["lvp_icd", "vk_swiftshader_icd"];
 
@@ -62,15 +68,22 @@ impl PrivateCopy {
         &self.root
     }
 
-    /// Variables that make the Vulkan loader this one and the driver the only one.
+    /// Variables that make the Vulkan loader this one and the driver the only one, and that let tests validate.
     pub(super) fn environment(&self) -> Environment {
         let manifest = self.root.join(MANIFEST).into_os_string();
-        vec![
+        let mut environment = vec![
             // Loaders before 1.3.207 know only the second name.
             ("VK_DRIVER_FILES", manifest.clone()),
             ("VK_ICD_FILENAMES", manifest),
             ("LD_LIBRARY_PATH", prepended("LD_LIBRARY_PATH", &library_folders(&self.root))),
-        ]
+        ];
+        let layers = self.root.join(LAYERS);
+        if layers.join(VALIDATION_MANIFEST).is_file() {
+            environment.push(("VK_LAYER_PATH", layers.into_os_string()));
+            // What was fetched for the tests is to be used by them.
+            environment.push(("SPECTRAL_REQUIRE_VALIDATION", "1".into()));
+        }
+        environment
     }
 }
 
