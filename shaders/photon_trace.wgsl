@@ -1,5 +1,5 @@
-// Shah's caustics mapping, one photon per texel of the light's emission view and wavelength: refract at the entry, find
-// and refract at the exit, find the landing, add the flux to the map. Host side: `passes/photon_trace.rs`.
+// Caustics mapping (Shah et al.), one photon per texel of the light's emission view and wavelength, in tiles of 8 x 8: refract
+// at the entry, find and refract at the exit, find the landing, add the flux to the map. Host side: `passes/photon_trace.rs`.
 //
 // band      one wavelength of one light
 // entry     where the light meets glass first
@@ -27,10 +27,13 @@ struct PhotonTrace {
     splat_share: f32,         // standard deviation over the distance to the next photon; 0 keeps splat_sigma
     splat_spacing: vec2<f32>, // between photons that nothing bends, texels
     guard_texels: f32,        // photons that arrive up to so many texels beside a surface are put down too
+    emission: u32,            // EMISSION_*
+    max_groups: u32,          // of the device, per dimension
     reserved0: u32,
-    reserved1: u32,
-    reserved2: u32,
 }
+
+const EMISSION_GRID: u32 = 0u;  // tiles of the whole emission view
+const EMISSION_QUEUE: u32 = 1u; // tiles that `queue` holds
 
 const LANDING_DISTANCE: u32 = 0u; // Shah's update: the distance of the surface point below the last guess
 const LANDING_PLANE: u32 = 1u;    // the ray against the plane of the triangle below the last guess
@@ -57,6 +60,7 @@ struct Optics {
 @group(0) @binding(7) var landing_visibility: texture_2d_array<u32>;
 @group(0) @binding(8) var<storage, read_write> map: array<atomic<u32>>;
 @group(0) @binding(9) var<storage, read_write> ledger: array<atomic<u32>>;
+@group(0) @binding(10) var<storage, read> queue: array<u32>;
 
 struct Photon {
     end: u32,         // END_*
@@ -413,13 +417,26 @@ fn entry_of_row(row: u32, i: u32) -> vec2<u32> { // flux, photons
 }
 
 @compute @workgroup_size(8, 8, 1)
-fn photon_trace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+fn photon_trace(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) in_tile: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
     ends[local] = LEDGER_ROWS;
     places[local] = vec3<f32>(0.0, 0.0, -1.0);
     var left = traced(Photon(END_MISSED, 0u, 0u, 0u, 0u, 0u, false, false));
-    let size = views[params.emission_view].size;
-    if id.x < size.x && id.y < size.y {
-        left = trace(id.xy, id.z);
+    var tile = group.xy;
+    var exists = true;
+    if params.emission == EMISSION_QUEUE {
+        let i = queue_row(group, params.max_groups);
+        exists = i < queue[QUEUE_COUNT];
+        if exists {
+            tile = queue_cell(queue[QUEUE_HEAD + i]);
+        }
+    }
+    let texel = TILE * tile + in_tile.xy;
+    if exists && all(texel < views[params.emission_view].size) {
+        left = trace(texel, group.z);
         let photon = left.photon;
         ends[local] = photon.end;
         fluxes[local] = vec4<u32>(photon.aimed, photon.reflected, photon.kept_inside, photon.absorbed);
@@ -452,7 +469,7 @@ fn photon_trace(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_inv
         }
         photons += entry.y;
     }
-    let index = LEDGER_WORDS * (LEDGER_ROWS * (params.first_band + id.z) + local);
+    let index = LEDGER_WORDS * (LEDGER_ROWS * (params.first_band + group.z) + local);
     let before = atomicAdd(&ledger[index], low);
     if before + low < low {
         high += 1u;

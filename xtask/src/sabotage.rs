@@ -48,9 +48,12 @@ impl Sabotage {
                 }
             }),
             Self::Channel => change::<Band>(plan, "bands", |band| band.weight[2] = 0),
-            Self::Pass => plan
-                .steps
-                .retain(|step| !matches!(step, Step::Dispatch { pass, .. } if pass.pass == "photon_trace")),
+            Self::Pass => plan.steps.retain(|step| match step {
+                Step::Dispatch { pass, .. } | Step::DispatchIndirect { pass, .. } => {
+                    pass.pass != "photon_trace"
+                }
+                _ => true,
+            }),
         }
         spoiled
     }

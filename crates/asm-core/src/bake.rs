@@ -111,7 +111,7 @@ pub fn bake_plan(
         ];
         caustics.dispatch("receiver_bake", &light.label, &params, bindings.map(Bound::from).to_vec(), groups);
     }
-    let books = Books { ledger: caustics.ledger, lights: caustics.books() };
+    let books = caustics.books();
     Ok(BakePlan { plan: caustics.resources.plan, size, irradiance, books })
 }
 

@@ -33,11 +33,11 @@ impl LightBands {
         let unit_xyz = light.spectrum.unit_xyz(settings.observer);
         let (wavelengths_nm, unit_weights) = if let Some(line_nm) = light.spectrum.line_nm() {
             (vec![line_nm], vec![unit_xyz])
-        } else if one {
+        } else if one || settings.wavelength_count() == 1 {
             (vec![D_LINE_NM], vec![unit_xyz])
         } else {
             let count = settings.wavelength_count() as usize;
-            let set = WavelengthSet::new(settings.scheme, count, settings.range_nm(), settings.observer)?;
+            let set = WavelengthSet::new(settings.scheme(), count, settings.range_nm(), settings.observer)?;
             let weights = set.light_weights(&light.spectrum);
             (set.wavelengths_nm, weights)
         };

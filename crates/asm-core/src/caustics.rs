@@ -4,16 +4,21 @@
 //! surfaces behind the front of the glass where light may land, all opaque surfaces for shadows; then photons, then the map
 //! as floats. Lights run one after the other and share textures and map, so memory does not grow with their number.
 
+use std::rc::Rc;
+
 use frame_plan::{Bound, Limits, PassStep, ResourceId, Step, Targets, TextureFormat};
 use glam::DVec3;
 use spectral_scene::{Effects, Scene};
 
 use crate::bands::Glass;
 use crate::decisions::decisions;
+use crate::emission::{EmissionView, QUEUE_ARGUMENTS_BYTES, Refinement};
 use crate::geometry::{Geometry, bounds};
 use crate::lights::{LightSetup, Purpose, Receivers, light_setups, texel_extent};
 use crate::passes::map_resolve::MapResolve;
-use crate::passes::photon_trace::{Band, LANDING_DISTANCE, LANDING_PLANE, Optics, PhotonTrace};
+use crate::passes::photon_trace::{
+    Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, Optics, PhotonTrace,
+};
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
 use crate::resources::{Resources, cleared};
 use crate::shared::flux::QUANTUM;
@@ -21,8 +26,8 @@ use crate::shared::irradiance::Light as LightParams;
 use crate::shared::ledger::{LEDGER_ROWS, LEDGER_WORDS};
 use crate::shared::triangle::Triangle;
 use crate::shared::view::View;
-use crate::statistics::LightBooks;
-use crate::{Interfaces, LandingUpdate, PlanError, Settings, Splat, WorkingSpace};
+use crate::statistics::Books;
+use crate::{Emission, Interfaces, LandingUpdate, PlanError, Settings, Splat, WorkingSpace};
 
 /// What a pass that shades with a light binds.
 pub(crate) struct LightStep {
@@ -46,6 +51,7 @@ pub(crate) struct Caustics<'a> {
     pub(crate) ledger: Option<ResourceId>,
     setups: Vec<LightSetup>,
     shared: Shared,
+    refinement: Option<Rc<Refinement>>,
 }
 
 /// Resources that lights use in turn.
@@ -60,6 +66,8 @@ struct Shared {
     map_depth: ResourceId,
     map: ResourceId,
     caustic: ResourceId,
+    /// Bound where photons come from a grid.
+    no_queue: ResourceId,
 }
 
 impl<'a> Caustics<'a> {
@@ -88,8 +96,23 @@ impl<'a> Caustics<'a> {
         let triangles = resources.filled::<Triangle>("triangles", &geometry.triangles)?;
         let views = resources.filled("views", &views)?;
         let (shared, ledger) = shared_resources(&mut resources, &setups, settings, purpose, &bands, &optics)?;
+        let lights = setups.iter().filter(|s| s.caustic).count();
+        let refinement =
+            if lights > 0 { Refinement::new(&mut resources, settings, lights)?.map(Rc::new) } else { None };
         resources.plan.decisions = decisions(scene, settings, &effects, &geometry, &setups);
-        Ok(Self { scene, settings, space, geometry, resources, triangles, views, ledger, setups, shared })
+        Ok(Self {
+            scene,
+            settings,
+            space,
+            geometry,
+            resources,
+            triangles,
+            views,
+            ledger,
+            setups,
+            shared,
+            refinement,
+        })
     }
 
     /// Steps that come before any light's.
@@ -110,9 +133,15 @@ impl<'a> Caustics<'a> {
     }
 
     /// What the host needs to read the ledger.
-    pub(crate) fn books(&self) -> Vec<LightBooks> {
+    pub(crate) fn books(&self) -> Books {
         let setups = self.setups.iter().filter(|s| s.caustic);
-        setups.map(|setup| setup.books(&self.space, &self.view(setup.views.start))).collect()
+        let refinement = self.refinement.as_deref();
+        let light = |setup: &LightSetup| setup.books(&self.space, &self.view(setup.views.start), refinement);
+        Books {
+            ledger: self.ledger,
+            queue_heads: refinement.map(|r| r.heads),
+            lights: setups.map(light).collect(),
+        }
     }
 
     fn view(&self, index: u32) -> View {
@@ -251,12 +280,19 @@ impl<'a> Caustics<'a> {
         bindings: Vec<Bound>,
         groups: [u32; 3],
     ) {
-        let plan = &mut self.resources.plan;
-        let params = plan.add_params(format!("{pass}: {label}"), params);
-        plan.steps.push(Step::Dispatch {
-            pass: PassStep { pass: pass.into(), label: label.into(), params: Some(params), bindings },
-            groups,
-        });
+        let pass = self.pass_step(pass, label, params, bindings);
+        self.resources.plan.steps.push(Step::Dispatch { pass, groups });
+    }
+
+    pub(crate) fn pass_step<T: bytemuck::Pod>(
+        &mut self,
+        pass: &str,
+        label: &str,
+        params: &T,
+        bindings: Vec<Bound>,
+    ) -> PassStep {
+        let params = self.resources.plan.add_params(format!("{pass}: {label}"), params);
+        PassStep { pass: pass.into(), label: label.into(), params: Some(params), bindings }
     }
 
     fn photons(&mut self, i: usize, label: &str, landing_view: u32, faces: u32) -> Result<(), PlanError> {
@@ -290,9 +326,9 @@ impl<'a> Caustics<'a> {
             splat_share: splat.share,
             splat_spacing: emission.texel_slope / map.texel_slope,
             guard_texels: guard_texels(settings.splat, map.size.x) as f32,
+            emission: if self.refinement.is_some() { EMISSION_QUEUE } else { EMISSION_GRID },
+            max_groups: self.resources.max_groups(),
             reserved0: 0,
-            reserved1: 0,
-            reserved2: 0,
         };
         let largest = setup.bands.largest;
         let scale = match settings.shah_intensity {
@@ -313,6 +349,8 @@ impl<'a> Caustics<'a> {
         let trace_groups = self.resources.groups(emission.size.to_array(), wavelengths, "emission_size")?;
         let resolve_groups = self.resources.groups(map.size.to_array(), faces, "map_size")?;
         let exit = exit.unwrap_or_else(|| self.resources.nothing());
+        let refinement = self.refinement.clone();
+        let queue = refinement.as_ref().map_or(self.shared.no_queue, |r| r.photons());
         let shared = &self.shared;
         let ledger = self.ledger.expect("plans with caustics have a ledger");
         let trace_bindings = [
@@ -325,10 +363,22 @@ impl<'a> Caustics<'a> {
             shared.landing,
             shared.map,
             ledger,
+            queue,
         ];
         let resolve_bindings = [self.views, shared.map, shared.caustic];
+        if let Some(refinement) = &refinement {
+            let view = EmissionView { entry: self.shared.entry, exit, wavelengths };
+            self.refine(refinement, label, &view);
+            let light = self.setups[..i].iter().filter(|s| s.caustic).count();
+            self.keep_heads(refinement, light);
+        }
         self.resources.plan.steps.push(Step::ClearBuffer { buffer: self.shared.map });
-        self.dispatch("photon_trace", label, &trace, trace_bindings.map(Bound::from).to_vec(), trace_groups);
+        let pass = self.pass_step("photon_trace", label, &trace, trace_bindings.map(Bound::from).to_vec());
+        self.resources.plan.steps.push(if refinement.is_some() {
+            Step::DispatchIndirect { pass, arguments: queue, offset_bytes: QUEUE_ARGUMENTS_BYTES }
+        } else {
+            Step::Dispatch { pass, groups: trace_groups }
+        });
         self.dispatch(
             "map_resolve",
             label,
@@ -411,6 +461,11 @@ fn shared_resources(
             resources.buffer("caustic", 16 * caustic_texels, "map_size")?
         } else {
             resources.filled("caustic", &[[0.0_f32; 4]])?
+        },
+        no_queue: if caustic && settings.emission() == Emission::Grid {
+            resources.filled("no queue", &[0_u32; 4])?
+        } else {
+            nothing
         },
     };
     let mut ledger = None;

@@ -5,7 +5,16 @@ use spectral_scene::{Effects, Scene};
 
 use crate::geometry::Geometry;
 use crate::lights::LightSetup;
-use crate::{Interfaces, Settings};
+use crate::{Emission, Interfaces, Method, Settings};
+
+/// A method's name, as on the command line.
+fn method_name(method: Method) -> &'static str {
+    match method {
+        Method::CausticsMap => "caustics-map",
+        Method::Acm => "acm",
+        Method::Asm => "asm",
+    }
+}
 
 /// What was kept and left out.
 pub(crate) fn decisions(
@@ -41,6 +50,19 @@ pub(crate) fn decisions(
     for object in &geometry.open {
         let name = &scene.objects[*object].name;
         decide("photon_trace", true, format!("`{name}` has an open edge: light may land inside it"));
+    }
+    if setups.iter().any(|setup| setup.caustic) {
+        let method = method_name(settings.method);
+        let (kept, reason) = match settings.emission() {
+            Emission::Grid => (false, format!("{method}: a photon per texel of the emission view")),
+            Emission::Adaptive { levels } => {
+                let cells = if levels == 1 { "level" } else { "levels" };
+                (true, format!("{method}: photons where {levels} {cells} of the emission view show glass"))
+            }
+        };
+        for pass in ["coverage_mip", "photon_refine"] {
+            decide(pass, kept, reason.clone());
+        }
     }
     for setup in setups {
         let light = format!("light {} `{}`", setup.index, setup.name);

@@ -1,7 +1,8 @@
 //! Caustics of refractors in real time: a scene, settings and a device's limits become a plan that any executor runs.
 //!
-//! The method is Shah, Konttinen & Pattanaik's caustics mapping, one photon per texel of the light's view and wavelength, in
-//! compute passes over visibility buffers; see [`passes`] for the passes and `shaders/` for their WGSL. The map holds XYZ in
+//! The methods are Shah, Konttinen & Pattanaik's caustics mapping, one photon per texel of the light's view and wavelength, and
+//! what Wyman & Nichols (adaptive caustic maps) and Blanchette & Agu (adaptive spectral mapping) made of it, in compute passes
+//! over visibility buffers; see [`passes`] for the passes and `shaders/` for their WGSL. The map holds XYZ in
 //! 64-bit fixed point, so the same plan gives the same bits twice, and every photon's flux is accounted for.
 //!
 //! Left out: reflected light (counted, not mapped), internal reflections, a second refractor on a photon's way.
@@ -11,6 +12,7 @@ mod bands;
 mod caustics;
 mod decisions;
 pub mod display;
+mod emission;
 mod error;
 mod geometry;
 mod lights;
@@ -28,7 +30,7 @@ pub use bake::{BakePlan, bake_plan};
 pub use error::PlanError;
 pub use passes::PASSES;
 pub use render::{Picture, RenderPlan, render_plan};
-pub use settings::{Interfaces, LandingUpdate, Method, Settings, Splat};
+pub use settings::{Emission, Interfaces, LandingUpdate, Method, Settings, Splat};
 pub use space::WorkingSpace;
-pub use statistics::{Ledger, LightStatistics, Statistics, Tally};
+pub use statistics::{Ledger, LevelCount, LightStatistics, Statistics, Tally};
 pub use update::UpdateError;

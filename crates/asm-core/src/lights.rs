@@ -7,6 +7,7 @@ use spectral_scene::{Effects, LightShape, Scene};
 
 use crate::bands::{LightBands, one_wavelength};
 use crate::caustics::guard_texels;
+use crate::emission::Refinement;
 use crate::geometry::{Geometry, bounds};
 use crate::shared::flux::QUANTUM;
 use crate::shared::triangle::Triangle;
@@ -69,7 +70,12 @@ pub(crate) fn texel_extent(view: &View) -> f64 {
 }
 
 impl LightSetup {
-    pub(crate) fn books(&self, space: &WorkingSpace, emission: &View) -> LightBooks {
+    pub(crate) fn books(
+        &self,
+        space: &WorkingSpace,
+        emission: &View,
+        refinement: Option<&Refinement>,
+    ) -> LightBooks {
         let area = match self.source {
             Source::Parallel(_) => space.metres_per_unit * space.metres_per_unit,
             Source::Eye(_) => 1.0,
@@ -80,6 +86,8 @@ impl LightSetup {
             first_band: self.first_band,
             wavelengths_nm: self.bands.wavelengths_nm.clone(),
             lumens_per_unit: self.bands.weights_xyz.iter().map(|xyz| xyz[1] * extent).collect(),
+            levels: refinement.map_or(0, |r| r.levels()),
+            coarsest_cells: refinement.map_or(0, |r| r.coarsest_cells()),
         }
     }
 }

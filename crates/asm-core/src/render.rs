@@ -147,7 +147,7 @@ pub fn render_plan(
         ];
         caustics.dispatch("shade", &light.label, &params, bindings.map(Bound::from).to_vec(), groups);
     }
-    let books = Books { ledger: caustics.ledger, lights: caustics.books() };
+    let books = caustics.books();
     Ok(RenderPlan { plan: caustics.resources.plan, size, picture, books })
 }
 

@@ -48,6 +48,28 @@ impl<'a> Resources<'a> {
         layers: u32,
         remedy: &'static str,
     ) -> Result<ResourceId, PlanError> {
+        self.texture_of(name, ResourceKind::Texture { format, size, layers, mips: 1 }, size, remedy)
+    }
+
+    /// A texture of one layer with mip levels.
+    pub(crate) fn mip_texture(
+        &mut self,
+        name: &str,
+        format: TextureFormat,
+        size: [u32; 2],
+        mips: u32,
+        remedy: &'static str,
+    ) -> Result<ResourceId, PlanError> {
+        self.texture_of(name, ResourceKind::Texture { format, size, layers: 1, mips }, size, remedy)
+    }
+
+    fn texture_of(
+        &mut self,
+        name: &str,
+        kind: ResourceKind,
+        size: [u32; 2],
+        remedy: &'static str,
+    ) -> Result<ResourceId, PlanError> {
         let side = size[0].max(size[1]);
         if side > self.limits.max_texture_size {
             return Err(PlanError::Limit {
@@ -58,9 +80,8 @@ impl<'a> Resources<'a> {
                 remedy,
             });
         }
-        let texels = u64::from(size[0]) * u64::from(size[1]) * u64::from(layers);
-        let bytes = texels * u64::from(format.bytes_per_texel());
-        self.add(name, ResourceKind::Texture { format, size, layers, mips: 1 }, bytes, None, remedy)
+        let bytes = kind.bytes();
+        self.add(name, kind, bytes, None, remedy)
     }
 
     /// A texture of one texel that shows nothing, for bindings of passes that do not look.
@@ -100,6 +121,11 @@ impl<'a> Resources<'a> {
         limit(format!("the plan up to {name}"), self.total_bytes, self.limits.max_total_bytes)?;
         let lifetime = if initial.is_some() { Lifetime::Persistent } else { Lifetime::Transient };
         Ok(self.plan.add_resource(Resource { name: name.into(), kind, lifetime, initial, readable: false }))
+    }
+
+    /// Most workgroups along a dimension.
+    pub(crate) fn max_groups(&self) -> u32 {
+        self.limits.max_groups_per_dimension
     }
 
     /// The host reads this back.

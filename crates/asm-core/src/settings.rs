@@ -10,10 +10,31 @@ use crate::PlanError;
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
-    /// Caustics mapping (Shah, Konttinen & Pattanaik), per wavelength.
+    /// Caustics mapping (Shah, Konttinen & Pattanaik), per wavelength: a photon per texel of the light's view.
     #[default]
     CausticsMap,
+    /// Adaptive caustic maps (Wyman & Nichols 2009): photons refined where glass is, one wavelength.
+    Acm,
+    /// Adaptive spectral mapping (Blanchette & Agu 2013): as [`Method::Acm`], split into wavelengths, gaps filled.
+    Asm,
 }
+
+/// Where photons start in the light's view.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Emission {
+    /// In every texel.
+    Grid,
+    /// In tiles of 8 x 8 texels, a workgroup each, found by descending a mip chain: where a cell shows no glass, nothing below
+    /// it is looked at. The same photons as [`Emission::Grid`]'s, less most of those that miss.
+    Adaptive {
+        /// Levels that are looked at, 1 to 8; the coarsest has cells of 2^(levels - 1) tiles along each side.
+        levels: u32,
+    },
+}
+
+/// The range of the wavelengths of Blanchette & Agu 2013, nm.
+const ASM_RANGE_NM: (f64, f64) = (380.0, 680.0);
 
 /// How a photon is put into the map.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -59,17 +80,21 @@ pub enum Interfaces {
 pub struct Settings {
     /// How caustics are made.
     pub method: Method,
-    /// Wavelengths per photon; `None` is 7. A line light always has one.
+    /// Wavelengths per photon; `None` is 7, and 1 for [`Method::Acm`]. One wavelength is the d line, where glTF states the index
+    /// of refraction. A line light always has one, its own.
     pub wavelengths: Option<u32>,
-    /// How they are chosen.
-    pub scheme: Scheme,
-    /// What from, nm; `None` is 380 to 780 for [`Scheme::Optimal`], whose nodes are placed for all that is visible, and 420
-    /// to 680 (SPECGEN's) for the others. Schemes with fixed wavelengths ignore it.
+    /// How they are chosen; `None` is [`Scheme::Optimal`], but [`Scheme::Uniform`] for [`Method::Asm`] with more than 7.
+    pub scheme: Option<Scheme>,
+    /// What from, nm; `None` is 380 to 780 for [`Scheme::Optimal`], whose nodes are placed for all that is visible, 380 to 680
+    /// (the paper's) for the others of [`Method::Asm`], else 420 to 680 (SPECGEN's). Schemes with fixed wavelengths ignore it.
     pub range_nm: Option<(f64, f64)>,
     /// The colour-matching functions behind XYZ.
     pub observer: Observer,
     /// Texels of the emission view, along each side.
     pub emission_size: u32,
+    /// Where photons start; `None` is [`Emission::Grid`] for [`Method::CausticsMap`], 6 levels for [`Method::Acm`] and 3 for
+    /// [`Method::Asm`].
+    pub emission: Option<Emission>,
     /// Texels of the map, along each side; `None` is the larger side of a bake within 512 to 2048, and 512 for
     /// pictures.
     pub map_size: Option<u32>,
@@ -104,10 +129,11 @@ impl Default for Settings {
         Self {
             method: Method::CausticsMap,
             wavelengths: None,
-            scheme: Scheme::Optimal,
+            scheme: None,
             range_nm: None,
             observer: Observer::Cie1931,
             emission_size: 512,
+            emission: None,
             map_size: None,
             ray_geo_iterations: 4,
             ray_geo_update: LandingUpdate::Plane,
@@ -140,14 +166,38 @@ impl Settings {
         }
     }
 
+    /// The defaults of a method.
+    pub fn of(method: Method) -> Self {
+        Self { method, ..Self::default() }
+    }
+
     /// Number of wavelengths.
     pub fn wavelength_count(&self) -> u32 {
-        self.wavelengths.unwrap_or(7)
+        self.wavelengths.unwrap_or(if self.method == Method::Acm { 1 } else { 7 })
+    }
+
+    /// How wavelengths are chosen.
+    pub fn scheme(&self) -> Scheme {
+        let many = self.method == Method::Asm && self.wavelength_count() > 7;
+        self.scheme.unwrap_or(if many { Scheme::Uniform } else { Scheme::Optimal })
     }
 
     /// The range that wavelengths are chosen from, nm.
     pub fn range_nm(&self) -> (f64, f64) {
-        self.range_nm.unwrap_or(if self.scheme == Scheme::Optimal { VISIBLE_NM } else { DEFAULT_RANGE_NM })
+        self.range_nm.unwrap_or(match (self.scheme(), self.method) {
+            (Scheme::Optimal, _) => VISIBLE_NM,
+            (_, Method::Asm) => ASM_RANGE_NM,
+            _ => DEFAULT_RANGE_NM,
+        })
+    }
+
+    /// Where photons start.
+    pub fn emission(&self) -> Emission {
+        self.emission.unwrap_or(match self.method {
+            Method::CausticsMap => Emission::Grid,
+            Method::Acm => Emission::Adaptive { levels: 6 },
+            Method::Asm => Emission::Adaptive { levels: 3 },
+        })
     }
 
     /// Checks what does not depend on the scene.
@@ -160,6 +210,9 @@ impl Settings {
         check_count("picture_samples", self.picture_samples, 1, 16)?;
         if let Some(size) = self.map_size {
             check_count("map_size", size, 1, 16_384)?;
+        }
+        if let Emission::Adaptive { levels } = self.emission() {
+            check_count("emission levels", levels, 1, 8)?;
         }
         if let Splat::Gaussian { radius } = self.splat {
             check_count("splat radius", radius, 1, 8)?;

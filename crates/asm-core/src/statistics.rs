@@ -4,6 +4,7 @@ use frame_plan::{DeviceInfo, ExecuteError, Executor, ResourceId, StepTime};
 use serde::{Deserialize, Serialize};
 
 use crate::shared::ledger::*;
+use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_DROPPED, QUEUE_HEAD, TILE_TEXELS};
 
 /// Flux of one wavelength in whole units, and the number of photons that carried it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -114,6 +115,19 @@ pub struct LightStatistics {
     pub lumens_per_unit: Vec<f64>,
     /// The books of each wavelength.
     pub ledgers: Vec<Ledger>,
+    /// What adaptive emission looked at, from the coarsest level to tiles of photons; empty for a fixed grid.
+    pub levels: Vec<LevelCount>,
+}
+
+/// Adaptive emission at one level of the emission view's mip chain.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LevelCount {
+    /// Texels along a cell's side.
+    pub cell_texels: u32,
+    /// Cells that were looked at.
+    pub cells: u32,
+    /// Cells that show no glass: nothing below them was looked at.
+    pub dropped: u32,
 }
 
 /// What a frame did and how long it took.
@@ -136,23 +150,45 @@ pub(crate) struct LightBooks {
     pub(crate) first_band: u32,
     pub(crate) wavelengths_nm: Vec<f64>,
     pub(crate) lumens_per_unit: Vec<f64>,
+    /// Levels of adaptive emission.
+    pub(crate) levels: u32,
+    /// Cells of the coarsest.
+    pub(crate) coarsest_cells: u32,
+}
+
+impl LightBooks {
+    /// From the heads of the queues that the levels filled.
+    fn level_counts(&self, heads: &[u32]) -> Vec<LevelCount> {
+        let head = |level: u32| &heads[level as usize * QUEUE_HEAD..];
+        (0..self.levels)
+            .map(|level| LevelCount {
+                cell_texels: TILE_TEXELS << (self.levels - 1 - level),
+                cells: if level == 0 { self.coarsest_cells } else { head(level - 1)[QUEUE_COUNT] },
+                dropped: head(level)[QUEUE_DROPPED],
+            })
+            .collect()
+    }
 }
 
 /// What the host keeps to read the ledger.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct Books {
     pub(crate) ledger: Option<ResourceId>,
+    /// Heads of the photon queues: light x level.
+    pub(crate) queue_heads: Option<ResourceId>,
     pub(crate) lights: Vec<LightBooks>,
+}
+
+fn words(executor: &mut dyn Executor, buffer: Option<ResourceId>) -> Result<Vec<u32>, ExecuteError> {
+    let Some(buffer) = buffer else { return Ok(Vec::new()) };
+    Ok(executor.read(buffer)?.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect())
 }
 
 impl Books {
     pub(crate) fn read(&self, executor: &mut dyn Executor) -> Result<Statistics, ExecuteError> {
-        let words: Vec<u32> = match self.ledger {
-            Some(ledger) => {
-                executor.read(ledger)?.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
-            }
-            None => Vec::new(),
-        };
+        let ledger = words(executor, self.ledger)?;
+        let queue_heads = words(executor, self.queue_heads)?;
+        let mut first_head = 0;
         let lights: Vec<LightStatistics> = self
             .lights
             .iter()
@@ -160,12 +196,17 @@ impl Books {
                 name: light.name.clone(),
                 wavelengths_nm: light.wavelengths_nm.clone(),
                 lumens_per_unit: light.lumens_per_unit.clone(),
-                ledgers: words
+                ledgers: ledger
                     .chunks_exact(LEDGER_ROWS * LEDGER_WORDS)
                     .skip(light.first_band as usize)
                     .take(light.wavelengths_nm.len())
                     .map(Ledger::from_words)
                     .collect(),
+                levels: {
+                    let heads = first_head;
+                    first_head += light.levels as usize * QUEUE_HEAD;
+                    light.level_counts(&queue_heads[heads..])
+                },
             })
             .collect();
         let photons = lights.iter().flat_map(|l| &l.ledgers).map(|l| u64::from(l.emitted.photons)).sum();

@@ -2,7 +2,9 @@
 
 use asm_core::PASSES;
 use asm_core::display::{DISPLAY_WGSL, DisplayParams};
+use asm_core::passes::coverage_mip::{COVERAGE_MIP, CoverageMip};
 use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
+use asm_core::passes::photon_refine::{PHOTON_REFINE, PhotonRefine};
 use asm_core::passes::photon_trace::{Band, Optics, PHOTON_TRACE, PhotonTrace};
 use asm_core::passes::receiver_bake::{RECEIVER_BAKE, ReceiverBake};
 use asm_core::passes::shade::{SHADE, Shade, Surface};
@@ -53,7 +55,14 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             layout!(PhotonTrace as "PhotonTrace" {
                 emission_view, landing_view, landing_faces, first_band, materials, interfaces, exit_iterations,
                 landing_iterations, landing_update, splat_taps, splat_sigma, exit_reach, landing_center, range, spot_axis,
-                spot_scale, spot_offset, splat_share, splat_spacing, guard_texels, reserved0, reserved1, reserved2,
+                spot_scale, spot_offset, splat_share, splat_spacing, guard_texels, emission, max_groups, reserved0,
+            }),
+        ),
+        (&COVERAGE_MIP, layout!(CoverageMip as "CoverageMip" { level, reserved0, size })),
+        (
+            &PHOTON_REFINE,
+            layout!(PhotonRefine as "PhotonRefine" {
+                cells, whole_level, finest, next_depth, next_per_group, max_groups, reserved0,
             }),
         ),
         (&PHOTON_TRACE, layout!(Band as "Band" { weight, reserved })),

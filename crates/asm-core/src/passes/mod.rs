@@ -2,7 +2,9 @@
 
 use frame_plan::{Binding, BindingKind, PassSet};
 
+pub mod coverage_mip;
 pub mod map_resolve;
+pub mod photon_refine;
 pub mod photon_trace;
 pub mod receiver_bake;
 pub mod shade;
@@ -13,6 +15,8 @@ pub mod visibility;
 pub const PASSES: PassSet = PassSet(&[
     &visibility::VISIBILITY,
     &uv_visibility::UV_VISIBILITY,
+    &coverage_mip::COVERAGE_MIP,
+    &photon_refine::PHOTON_REFINE,
     &photon_trace::PHOTON_TRACE,
     &map_resolve::MAP_RESOLVE,
     &receiver_bake::RECEIVER_BAKE,
@@ -26,6 +30,7 @@ const SPLAT_WGSL: &str = include_str!("../../../../shaders/shared/splat.wgsl");
 const FLUX_WGSL: &str = include_str!("../../../../shaders/shared/flux.wgsl");
 const LIGHT_VIEWS_WGSL: &str = include_str!("../../../../shaders/shared/light_views.wgsl");
 const VISIBILITY_WGSL: &str = include_str!("../../../../shaders/shared/visibility.wgsl");
+const PHOTON_QUEUE_WGSL: &str = include_str!("../../../../shaders/shared/photon_queue.wgsl");
 const LEDGER_WGSL: &str = include_str!("../../../../shaders/shared/ledger.wgsl");
 const IRRADIANCE_WGSL: &str = include_str!("../../../../shaders/shared/irradiance.wgsl");
 

@@ -1,5 +1,5 @@
-//! Shah's caustics mapping, one photon per texel of the light's emission view and wavelength. Twin of
-//! `shaders/photon_trace.wgsl`.
+//! Caustics mapping (Shah et al.), one photon per texel of the light's emission view and wavelength, in tiles of 8 x 8. Twin
+//! of `shaders/photon_trace.wgsl`.
 //!
 //! The map is 64-bit fixed point per channel. One texel's flux at one wavelength is at most 2^30 units, a plan has fewer
 //! than 2^34 texels times wavelengths, so a texel that receives every photon holds less than 2^64. A photon's flux is an
@@ -15,12 +15,13 @@ use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{
-    FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, REFRACT_WGSL, SPLAT_WGSL, TRIANGLE_WGSL, VIEW_WGSL,
-    VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY, binding,
+    FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, PHOTON_QUEUE_WGSL, REFRACT_WGSL, SPLAT_WGSL, TRIANGLE_WGSL,
+    VIEW_WGSL, VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY, binding,
 };
 use crate::shared::flux::{QUANTUM, add_64, flux_part, part_from};
 use crate::shared::ledger::*;
 use crate::shared::light_views::{Located, locate, locate_clamped};
+use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_HEAD, queue_cell};
 use crate::shared::refract::refract_light;
 use crate::shared::splat::splat;
 use crate::shared::triangle::{
@@ -72,13 +73,18 @@ pub struct PhotonTrace {
     pub splat_spacing: Vec2,
     /// Photons that arrive up to so many texels beside a surface are put down too.
     pub guard_texels: f32,
+    /// [`EMISSION_GRID`] or [`EMISSION_QUEUE`].
+    pub emission: u32,
+    /// Most workgroups of the device, per dimension.
+    pub max_groups: u32,
     /// Padding.
     pub reserved0: u32,
-    /// Padding.
-    pub reserved1: u32,
-    /// Padding.
-    pub reserved2: u32,
 }
+
+/// Tiles of the whole emission view.
+pub const EMISSION_GRID: u32 = 0;
+/// Tiles that the queue holds.
+pub const EMISSION_QUEUE: u32 = 1;
 
 /// Photons along each side of a workgroup, which know each other's landings.
 const TILE: u32 = 8;
@@ -129,6 +135,7 @@ pub const PHOTON_TRACE: PassInfo = PassInfo {
         FLUX_WGSL,
         LIGHT_VIEWS_WGSL,
         LEDGER_WGSL,
+        PHOTON_QUEUE_WGSL,
         SPLAT_WGSL,
         include_str!("../../../../shaders/photon_trace.wgsl"),
     ],
@@ -144,6 +151,7 @@ pub const PHOTON_TRACE: PassInfo = PassInfo {
         binding("landing_visibility", VISIBILITY_TEXTURE_ARRAY),
         binding("map", BindingKind::Atomic),
         binding("ledger", BindingKind::Atomic),
+        binding("queue", BindingKind::ReadAtomic),
     ],
     kind: PassKind::Compute {
         workgroup: [8, 8, 1],
@@ -158,7 +166,8 @@ pub const PHOTON_TRACE: PassInfo = PassInfo {
                 exit_visibility: args.texture("exit_visibility"),
                 landing_visibility: args.texture("landing_visibility"),
             };
-            photon_trace(&inputs, args.groups()[2], args.atomics("map"), args.atomics("ledger"));
+            let queue = (inputs.params.emission == EMISSION_QUEUE).then(|| args.atomics("queue"));
+            photon_trace(&inputs, args.groups()[2], queue, args.atomics("map"), args.atomics("ledger"));
         },
     },
 };
@@ -228,14 +237,29 @@ struct Landing {
     beside: bool,
 }
 
-/// CPU mirror: `wavelengths` photons per texel.
-pub fn photon_trace(inputs: &Inputs<'_>, wavelengths: u32, map: &[AtomicU32], ledger: &[AtomicU32]) {
+/// CPU mirror: `wavelengths` photons per texel, in tiles of the whole emission view or of the queue if there is one.
+pub fn photon_trace(
+    inputs: &Inputs<'_>,
+    wavelengths: u32,
+    queue: Option<&[AtomicU32]>,
+    map: &[AtomicU32],
+    ledger: &[AtomicU32],
+) {
     let size = inputs.views[inputs.params.emission_view as usize].size;
+    let grid = UVec2::new(size.x.div_ceil(TILE), size.y.div_ceil(TILE));
+    let queued = queue.map(|queue| {
+        let count = queue[QUEUE_COUNT].load(Ordering::Relaxed) as usize;
+        &queue[QUEUE_HEAD..QUEUE_HEAD + count]
+    });
+    let tiles = queued.map_or(grid.x * grid.y, |tiles| tiles.len() as u32);
     for band in 0..wavelengths {
-        (0..size.y.div_ceil(TILE)).into_par_iter().for_each(|tile_y| {
+        (0..tiles.div_ceil(grid.x)).into_par_iter().for_each(|row| {
             let mut sums = [(0u64, 0u32); LEDGER_ROWS];
-            for tile_x in 0..size.x.div_ceil(TILE) {
-                inputs.trace_tile(TILE * UVec2::new(tile_x, tile_y), size, band, map, &mut sums);
+            for i in row * grid.x..tiles.min((row + 1) * grid.x) {
+                let tile = queued.map_or(UVec2::new(i % grid.x, i / grid.x), |tiles| {
+                    queue_cell(tiles[i as usize].load(Ordering::Relaxed))
+                });
+                inputs.trace_tile(TILE * tile, size, band, map, &mut sums);
             }
             for (row, (flux, photons)) in sums.into_iter().enumerate() {
                 let index = LEDGER_WORDS * (LEDGER_ROWS * (inputs.params.first_band + band) as usize + row);

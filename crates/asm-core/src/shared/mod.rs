@@ -4,6 +4,7 @@ pub mod flux;
 pub mod irradiance;
 pub mod ledger;
 pub mod light_views;
+pub mod photon_queue;
 pub mod refract;
 pub mod splat;
 pub mod triangle;

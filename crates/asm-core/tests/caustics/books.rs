@@ -37,7 +37,7 @@ fn assert_map_holds_what_landed(scene: &spectral_scene::Scene, settings: &Settin
     assert!(light.ledgers.iter().all(|ledger| ledger.balances()), "{light:?}");
     // Weights as the plan scales them: whole parts of the largest.
     let set = spectral_core::wavelengths::WavelengthSet::new(
-        settings.scheme,
+        settings.scheme(),
         settings.wavelength_count() as usize,
         settings.range_nm(),
         settings.observer,

@@ -22,7 +22,7 @@ fn a_prism_spreads_violet_to_red_with_cyan_between() {
     // Plain samples of the spectrum: each on the spectral locus.
     let settings = Settings {
         wavelengths: Some(31),
-        scheme: Scheme::Uniform,
+        scheme: Some(Scheme::Uniform),
         range_nm: Some((400.0, 700.0)),
         ..Settings::default()
     };

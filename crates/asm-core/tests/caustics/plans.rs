@@ -178,7 +178,8 @@ fn settings_out_of_range_are_refused_by_name() {
         refused(&scene, [8, 0], &base(), &Limits::default()),
         PlanError::Setting { setting: "size", .. }
     ));
-    let three = Settings { scheme: spectral_core::wavelengths::Scheme::Fraunhofer, prune: false, ..base() };
+    let three =
+        Settings { scheme: Some(spectral_core::wavelengths::Scheme::Fraunhofer), prune: false, ..base() };
     assert!(matches!(refused(&scene, [8; 2], &three, &Limits::default()), PlanError::Wavelengths(_)));
 }
 
