@@ -13,6 +13,7 @@ use spectral_scene::{Effects, Scene};
 use crate::bands::Glass;
 use crate::decisions::decisions;
 use crate::emission::{EmissionView, QUEUE_ARGUMENTS_BYTES, Refinement};
+use crate::gaps::{GapMaps, Gaps};
 use crate::geometry::{Geometry, bounds};
 use crate::lights::{LightSetup, Purpose, Receivers, light_setups, texel_extent};
 use crate::passes::map_resolve::MapResolve;
@@ -52,6 +53,7 @@ pub(crate) struct Caustics<'a> {
     setups: Vec<LightSetup>,
     shared: Shared,
     refinement: Option<Rc<Refinement>>,
+    gaps: Option<Rc<Gaps>>,
 }
 
 /// Resources that lights use in turn.
@@ -99,6 +101,8 @@ impl<'a> Caustics<'a> {
         let lights = setups.iter().filter(|s| s.caustic).count();
         let refinement =
             if lights > 0 { Refinement::new(&mut resources, settings, lights)?.map(Rc::new) } else { None };
+        let texels = map_texels(purpose, &setups);
+        let gaps = Gaps::new(&mut resources, settings, &setups, texels)?.map(Rc::new);
         resources.plan.decisions = decisions(scene, settings, &effects, &geometry, &setups);
         Ok(Self {
             scene,
@@ -112,12 +116,13 @@ impl<'a> Caustics<'a> {
             setups,
             shared,
             refinement,
+            gaps,
         })
     }
 
     /// Steps that come before any light's.
     pub(crate) fn begin(&mut self) {
-        if let Some(buffer) = self.ledger {
+        for buffer in self.ledger.into_iter().chain(self.gaps.as_ref().map(|g| g.energy)) {
             self.resources.plan.steps.push(Step::ClearBuffer { buffer });
         }
     }
@@ -140,6 +145,7 @@ impl<'a> Caustics<'a> {
         Books {
             ledger: self.ledger,
             queue_heads: refinement.map(|r| r.heads),
+            gap_energy: self.gaps.as_ref().map(|g| g.energy),
             lights: setups.map(light).collect(),
         }
     }
@@ -365,7 +371,9 @@ impl<'a> Caustics<'a> {
             ledger,
             queue,
         ];
-        let resolve_bindings = [self.views, shared.map, shared.caustic];
+        let gaps = self.gaps.clone().filter(|_| setup.gaps);
+        let landed = gaps.as_ref().map_or(shared.map, |g| g.filled);
+        let resolve_bindings = [self.views, landed, shared.caustic];
         if let Some(refinement) = &refinement {
             let view = EmissionView { entry: self.shared.entry, exit, wavelengths };
             self.refine(refinement, label, &view);
@@ -379,6 +387,11 @@ impl<'a> Caustics<'a> {
         } else {
             Step::Dispatch { pass, groups: trace_groups }
         });
+        if let Some(gaps) = &gaps {
+            let light = self.setups[..i].iter().filter(|s| s.gaps).count();
+            let maps = GapMaps { size: map.size, faces, map: self.shared.map, landing: self.shared.landing };
+            self.fill_gaps(gaps, label, light, &maps)?;
+        }
         self.dispatch(
             "map_resolve",
             label,
@@ -419,6 +432,16 @@ pub(crate) fn guard_texels(splat: Splat, size: u32) -> u32 {
     }
 }
 
+/// Most views of any light's map.
+fn map_faces(setups: &[LightSetup]) -> u32 {
+    setups.iter().map(|s| s.views.end - s.views.start - u32::from(s.caustic)).max().unwrap_or(1)
+}
+
+/// Texels of the map, of all its views.
+fn map_texels(purpose: &Purpose, setups: &[LightSetup]) -> u64 {
+    u64::from(purpose.map_size).pow(2) * u64::from(map_faces(setups))
+}
+
 fn shared_resources(
     resources: &mut Resources<'_>,
     setups: &[LightSetup],
@@ -431,10 +454,10 @@ fn shared_resources(
     let caustic = setups.iter().any(|s| s.caustic);
     let exits = setups.iter().any(|s| s.exits);
     let direct = setups.iter().any(|s| s.shadows && (s.separate_direct || !s.caustic));
-    let faces = setups.iter().map(|s| s.views.end - s.views.start - u32::from(s.caustic)).max().unwrap_or(1);
+    let faces = map_faces(setups);
     let emission = [settings.emission_size; 2];
     let map = [purpose.map_size; 2];
-    let texels = u64::from(map[0]) * u64::from(map[1]) * u64::from(faces);
+    let texels = map_texels(purpose, setups);
     let mut texture = |needed: bool, name: &str, format, size, layers, remedy| {
         if needed { resources.texture(name, format, size, layers, remedy) } else { Ok(nothing) }
     };

@@ -5,7 +5,7 @@ use spectral_scene::{Effects, Scene};
 
 use crate::geometry::Geometry;
 use crate::lights::LightSetup;
-use crate::{Emission, Interfaces, Method, Settings};
+use crate::{Emission, GapFilling, Interfaces, Method, Settings};
 
 /// A method's name, as on the command line.
 fn method_name(method: Method) -> &'static str {
@@ -92,6 +92,18 @@ pub(crate) fn decisions(
             true,
             format!("{light}, {count} wavelength{}: {why}", if count == 1 { "" } else { "s" }),
         );
+        let gaps = match settings.gap_filling() {
+            GapFilling::None => format!("{light}: no gap filling was asked for"),
+            _ if count == 1 => format!("{light}: one wavelength leaves no gaps between wavelengths"),
+            _ => format!(
+                "{light}, gaps between wavelengths: dispersion: {}, {}",
+                state(effects.dispersion.on),
+                effects.dispersion.reason
+            ),
+        };
+        for pass in ["gap_mask", "gap_fill"] {
+            decide(pass, setup.gaps, gaps.clone());
+        }
         decide(
             "visibility",
             setup.exits,

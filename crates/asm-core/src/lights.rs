@@ -14,7 +14,7 @@ use crate::shared::triangle::Triangle;
 use crate::shared::view::View;
 use crate::statistics::LightBooks;
 use crate::view_fit::{Grid, Source, fit, fit_one};
-use crate::{Interfaces, PlanError, Settings, WorkingSpace};
+use crate::{GapFilling, Interfaces, PlanError, Settings, WorkingSpace};
 
 /// Largest number of photons of a light: 2^30 units each, added up in 64 bits.
 const MAX_PHOTONS: u64 = 1 << 34;
@@ -52,6 +52,8 @@ pub(crate) struct LightSetup {
     pub(crate) caustic: bool,
     /// Glass has back faces that light may leave by.
     pub(crate) exits: bool,
+    /// Gaps between wavelengths are filled.
+    pub(crate) gaps: bool,
     /// The map's views miss opaque surfaces before the glass, which shadows need.
     pub(crate) separate_direct: bool,
     pub(crate) shadows: bool,
@@ -88,6 +90,7 @@ impl LightSetup {
             lumens_per_unit: self.bands.weights_xyz.iter().map(|xyz| xyz[1] * extent).collect(),
             levels: refinement.map_or(0, |r| r.levels()),
             coarsest_cells: refinement.map_or(0, |r| r.coarsest_cells()),
+            lumens_per_map_unit: self.gaps.then_some(self.bands.largest * extent),
         }
     }
 }
@@ -132,11 +135,15 @@ pub(crate) fn light_setups(
             Receivers::Opaque => fit(source, geometry.opaque_corners(), map, REACH),
         });
         let photons = u64::from(settings.emission_size).pow(2) * bands.wavelengths_nm.len() as u64;
-        if caustic && photons > MAX_PHOTONS {
+        let split = effects.dispersion.on && bands.wavelengths_nm.len() > 1;
+        let gaps = caustic && settings.gap_filling() != GapFilling::None && (split || !settings.prune);
+        // The paper's rules add up one texel as often as there are samples.
+        let max = if gaps { MAX_PHOTONS / u64::from(settings.gap_samples) } else { MAX_PHOTONS };
+        if caustic && photons > max {
             return Err(PlanError::TooManyPhotons {
                 texels: u64::from(settings.emission_size).pow(2),
                 wavelengths: bands.wavelengths_nm.len() as u64,
-                max: MAX_PHOTONS,
+                max,
             });
         }
         let (spot_axis, spot_scale, spot_offset, range_m) = cone(&light.shape);
@@ -149,6 +156,7 @@ pub(crate) fn light_setups(
             first_band,
             views: first_view..views.len() as u32,
             caustic,
+            gaps,
             exits: caustic
                 && settings.interfaces == Interfaces::Two
                 && (!settings.prune || faces_away(source, &geometry.triangles[geometry.opaque as usize..])),

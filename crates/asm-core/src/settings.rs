@@ -33,6 +33,22 @@ pub enum Emission {
     },
 }
 
+/// How gaps between the wavelengths of a map are filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GapFilling {
+    /// Not at all.
+    None,
+    /// As the text of Blanchette & Agu 2013 has it: random samples round each texel; where at least the threshold hit light,
+    /// the mean of the hits and the texel. Light is not kept.
+    Paper,
+    /// As their Fig. 9 prints it: where more than the threshold hit light, the sum of the hits. Light is not kept.
+    PaperLiteral,
+    /// Texels exchange light with all within the radius that hold light or lie between such: no pattern, every unit kept, and
+    /// what is even stays as it is.
+    Disc,
+}
+
 /// The range of the wavelengths of Blanchette & Agu 2013, nm.
 const ASM_RANGE_NM: (f64, f64) = (380.0, 680.0);
 
@@ -98,6 +114,15 @@ pub struct Settings {
     /// Texels of the map, along each side; `None` is the larger side of a bake within 512 to 2048, and 512 for
     /// pictures.
     pub map_size: Option<u32>,
+    /// How gaps in the map are filled; `None` is [`GapFilling::Disc`] for [`Method::Asm`] and [`GapFilling::None`] for the
+    /// others. Only where light is split.
+    pub gap_filling: Option<GapFilling>,
+    /// Reach of gap filling, texels, 1 to 15.
+    pub gap_radius: u32,
+    /// Random samples of the paper's rules, 1 to 64.
+    pub gap_samples: u32,
+    /// Hits among the samples, at least 1. For [`GapFilling::Disc`]: lit texels that face each other across a gap.
+    pub gap_threshold: u32,
     /// Steps of `rayGeo`.
     pub ray_geo_iterations: u32,
     /// What a step is.
@@ -135,6 +160,10 @@ impl Default for Settings {
             emission_size: 512,
             emission: None,
             map_size: None,
+            gap_filling: None,
+            gap_radius: 7,
+            gap_samples: 15,
+            gap_threshold: 10,
             ray_geo_iterations: 4,
             ray_geo_update: LandingUpdate::Plane,
             exit_iterations: 8,
@@ -200,12 +229,23 @@ impl Settings {
         })
     }
 
+    /// How gaps in the map are filled.
+    pub fn gap_filling(&self) -> GapFilling {
+        self.gap_filling.unwrap_or(match self.method {
+            Method::Asm => GapFilling::Disc,
+            Method::CausticsMap | Method::Acm => GapFilling::None,
+        })
+    }
+
     /// Checks what does not depend on the scene.
     pub(crate) fn check(&self) -> Result<(), PlanError> {
         check_count("emission_size", self.emission_size, 1, 16_384)?;
         check_count("wavelengths", self.wavelength_count(), 1, 4096)?;
         check_count("ray_geo_iterations", self.ray_geo_iterations, 1, 256)?;
         check_count("exit_iterations", self.exit_iterations, 1, 256)?;
+        check_count("gap_radius", self.gap_radius, 1, 15)?;
+        check_count("gap_samples", self.gap_samples, 1, 64)?;
+        check_count("gap_threshold", self.gap_threshold, 1, 1000)?;
         check_count("bake_samples", self.bake_samples, 1, 16)?;
         check_count("picture_samples", self.picture_samples, 1, 16)?;
         if let Some(size) = self.map_size {

@@ -3,6 +3,7 @@
 use frame_plan::{DeviceInfo, ExecuteError, Executor, ResourceId, StepTime};
 use serde::{Deserialize, Serialize};
 
+use crate::passes::gap_fill::{ENERGY_ROWS, ENERGY_WORDS};
 use crate::shared::ledger::*;
 use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_DROPPED, QUEUE_HEAD, TILE_TEXELS};
 
@@ -117,6 +118,21 @@ pub struct LightStatistics {
     pub ledgers: Vec<Ledger>,
     /// What adaptive emission looked at, from the coarsest level to tiles of photons; empty for a fixed grid.
     pub levels: Vec<LevelCount>,
+    /// What gap filling did to the map, if it was filled.
+    pub gap_filling: Option<GapEnergy>,
+}
+
+/// Light of a map before and after gap filling.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct GapEnergy {
+    /// XYZ lumens on the map before; its units are whole, so that what is kept is kept exactly.
+    pub before_xyz: [f64; 3],
+    /// XYZ lumens after.
+    pub after_xyz: [f64; 3],
+    /// Texels that hold light before.
+    pub lit_before: u64,
+    /// Texels that hold light after.
+    pub lit_after: u64,
 }
 
 /// Adaptive emission at one level of the emission view's mip chain.
@@ -154,9 +170,26 @@ pub(crate) struct LightBooks {
     pub(crate) levels: u32,
     /// Cells of the coarsest.
     pub(crate) coarsest_cells: u32,
+    /// Lumens per unit of the map; none where gaps are not filled.
+    pub(crate) lumens_per_map_unit: Option<f64>,
 }
 
 impl LightBooks {
+    /// From the rows that gap filling left.
+    fn gap_energy(&self, words: &[u32]) -> Option<GapEnergy> {
+        let lumens = self.lumens_per_map_unit?;
+        let row = |row: usize| {
+            let w = &words[ENERGY_WORDS * row..];
+            (u128::from(w[0]) | u128::from(w[1]) << 32 | u128::from(w[2]) << 64) as f64
+        };
+        Some(GapEnergy {
+            before_xyz: std::array::from_fn(|c| row(c) * lumens),
+            after_xyz: std::array::from_fn(|c| row(3 + c) * lumens),
+            lit_before: row(6) as u64,
+            lit_after: row(7) as u64,
+        })
+    }
+
     /// From the heads of the queues that the levels filled.
     fn level_counts(&self, heads: &[u32]) -> Vec<LevelCount> {
         let head = |level: u32| &heads[level as usize * QUEUE_HEAD..];
@@ -176,6 +209,8 @@ pub(crate) struct Books {
     pub(crate) ledger: Option<ResourceId>,
     /// Heads of the photon queues: light x level.
     pub(crate) queue_heads: Option<ResourceId>,
+    /// Energies of gap filling: row x light that it ran for.
+    pub(crate) gap_energy: Option<ResourceId>,
     pub(crate) lights: Vec<LightBooks>,
 }
 
@@ -188,7 +223,8 @@ impl Books {
     pub(crate) fn read(&self, executor: &mut dyn Executor) -> Result<Statistics, ExecuteError> {
         let ledger = words(executor, self.ledger)?;
         let queue_heads = words(executor, self.queue_heads)?;
-        let mut first_head = 0;
+        let gap_energy = words(executor, self.gap_energy)?;
+        let (mut first_head, mut first_row) = (0, 0);
         let lights: Vec<LightStatistics> = self
             .lights
             .iter()
@@ -206,6 +242,11 @@ impl Books {
                     let heads = first_head;
                     first_head += light.levels as usize * QUEUE_HEAD;
                     light.level_counts(&queue_heads[heads..])
+                },
+                gap_filling: {
+                    let row = first_row;
+                    first_row += ENERGY_ROWS * usize::from(light.lumens_per_map_unit.is_some());
+                    light.gap_energy(&gap_energy[ENERGY_WORDS * row..])
                 },
             })
             .collect();

@@ -3,6 +3,8 @@
 use asm_core::PASSES;
 use asm_core::display::{DISPLAY_WGSL, DisplayParams};
 use asm_core::passes::coverage_mip::{COVERAGE_MIP, CoverageMip};
+use asm_core::passes::gap_fill::{GAP_FILL, GapFill};
+use asm_core::passes::gap_mask::{GAP_MASK, GapMask};
 use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
 use asm_core::passes::photon_refine::{PHOTON_REFINE, PhotonRefine};
 use asm_core::passes::photon_trace::{Band, Optics, PHOTON_TRACE, PhotonTrace};
@@ -59,6 +61,16 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             }),
         ),
         (&COVERAGE_MIP, layout!(CoverageMip as "CoverageMip" { level, reserved0, size })),
+        (
+            &GAP_MASK,
+            layout!(GapMask as "GapMask" { size, rows, rule, threshold, offsets, reserved0, reserved1 }),
+        ),
+        (
+            &GAP_FILL,
+            layout!(GapFill as "GapFill" {
+                size, rows, rule, samples, threshold, offsets, share, first_row, reserved0, reserved1, reserved2,
+            }),
+        ),
         (
             &PHOTON_REFINE,
             layout!(PhotonRefine as "PhotonRefine" {

@@ -3,6 +3,8 @@
 use frame_plan::{Binding, BindingKind, PassSet};
 
 pub mod coverage_mip;
+pub mod gap_fill;
+pub mod gap_mask;
 pub mod map_resolve;
 pub mod photon_refine;
 pub mod photon_trace;
@@ -18,6 +20,8 @@ pub const PASSES: PassSet = PassSet(&[
     &coverage_mip::COVERAGE_MIP,
     &photon_refine::PHOTON_REFINE,
     &photon_trace::PHOTON_TRACE,
+    &gap_mask::GAP_MASK,
+    &gap_fill::GAP_FILL,
     &map_resolve::MAP_RESOLVE,
     &receiver_bake::RECEIVER_BAKE,
     &shade::SHADE,
@@ -31,6 +35,7 @@ const FLUX_WGSL: &str = include_str!("../../../../shaders/shared/flux.wgsl");
 const LIGHT_VIEWS_WGSL: &str = include_str!("../../../../shaders/shared/light_views.wgsl");
 const VISIBILITY_WGSL: &str = include_str!("../../../../shaders/shared/visibility.wgsl");
 const PHOTON_QUEUE_WGSL: &str = include_str!("../../../../shaders/shared/photon_queue.wgsl");
+const GAP_WGSL: &str = include_str!("../../../../shaders/shared/gap.wgsl");
 const LEDGER_WGSL: &str = include_str!("../../../../shaders/shared/ledger.wgsl");
 const IRRADIANCE_WGSL: &str = include_str!("../../../../shaders/shared/irradiance.wgsl");
 

@@ -5,6 +5,7 @@
 mod adaptive;
 mod books;
 mod colour;
+mod gaps;
 mod hard_cases;
 mod lamps;
 mod plans;
