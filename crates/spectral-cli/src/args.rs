@@ -8,7 +8,7 @@ use spectral_core::header::Format;
 use spectral_core::observer::Observer;
 use spectral_core::wavelengths::Scheme;
 
-use crate::choices::{Backend, Method, Refraction};
+use crate::choices::{Backend, Gaps, Method, Refraction};
 use crate::values::{self, Exposure, Size, WavelengthRange};
 
 /// Texels of a bake if nothing else is said.
@@ -105,7 +105,7 @@ pub(crate) struct RenderArgs {
 /// What `bake` and `render` share.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
-    /// How light is computed: reference or caustics-map.
+    /// How light is computed: reference, caustics-map, acm or asm.
     #[arg(long, value_name = "METHOD", default_value = "caustics-map")]
     pub(crate) method: Method,
     /// Number of wavelengths [default: the method's].
@@ -141,6 +141,8 @@ pub(crate) struct RunArgs {
     /// Relative standard error to reach (reference only).
     #[arg(long, value_name = "X", value_parser = values::noise, allow_negative_numbers = true)]
     pub(crate) noise: Option<f64>,
+    #[command(flatten)]
+    pub(crate) plan: PlanOptions,
     /// JSON file for settings, device, statistics and times.
     #[arg(long, value_name = "STATS.json")]
     pub(crate) stats: Option<PathBuf>,
@@ -150,12 +152,40 @@ pub(crate) struct RunArgs {
 pub(crate) struct PlanArgs {
     /// glTF file or bundled scene.
     pub(crate) scene: String,
-    /// Method to plan for: caustics-map.
+    /// Method to plan for: caustics-map, acm or asm.
     #[arg(long, value_name = "METHOD", default_value = "caustics-map")]
     pub(crate) method: Method,
+    /// Number of wavelengths [default: the method's].
+    #[arg(long, value_name = "N", value_parser = values::traced_wavelengths, allow_negative_numbers = true)]
+    pub(crate) wavelengths: Option<usize>,
+    #[command(flatten)]
+    pub(crate) plan: PlanOptions,
     /// Print JSON.
     #[arg(long)]
     pub(crate) json: bool,
+}
+
+/// Options of the methods that run plans.
+#[derive(Debug, Args)]
+pub(crate) struct PlanOptions {
+    /// Levels of adaptive photon emission, 0 for a fixed grid [default: the method's].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8), allow_negative_numbers = true)]
+    pub(crate) levels: Option<u32>,
+    /// How the wavelengths of a photon are chosen, as for `matrices` [default: the method's].
+    #[arg(long, value_name = "SCHEME")]
+    pub(crate) scheme: Option<Scheme>,
+    /// How gaps between wavelengths are filled: none, paper, paper-literal or disc [default: the method's].
+    #[arg(long, value_name = "HOW")]
+    pub(crate) gap_filling: Option<Gaps>,
+    /// Reach of gap filling, texels of the map.
+    #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=15), allow_negative_numbers = true)]
+    pub(crate) gap_radius: Option<u32>,
+    /// Random samples of the paper's gap filling.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=64), allow_negative_numbers = true)]
+    pub(crate) gap_samples: Option<u32>,
+    /// Hits that make a gap.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1000), allow_negative_numbers = true)]
+    pub(crate) gap_threshold: Option<u32>,
 }
 
 #[derive(Debug, Args)]

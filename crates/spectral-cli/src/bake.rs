@@ -7,7 +7,7 @@ use crate::choices::Method;
 use crate::error::CliError;
 use crate::output::exr::ExrImage;
 use crate::stats::{Stats, Stopwatch};
-use crate::{caustics_map, reference, scene_argument, targets};
+use crate::{caustics, reference, scene_argument, targets};
 
 pub(crate) fn run(args: &BakeArgs) -> Result<(), CliError> {
     let BakeArgs { size, run, .. } = args;
@@ -22,7 +22,9 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), CliError> {
 
     let (maps, work) = match run.method {
         Method::Reference => reference::bake(scene, receiver, *size, run, &mut times)?,
-        Method::CausticsMap => caustics_map::bake(scene, receiver, *size, run, &mut times)?,
+        Method::CausticsMap | Method::Acm | Method::Asm => {
+            caustics::bake(scene, receiver, *size, run, &mut times)?
+        }
     };
 
     ExrImage::from_irradiance(&maps)

@@ -2,6 +2,7 @@
 
 use std::str::FromStr;
 
+use asm_core::GapFilling;
 use serde::Serialize;
 
 /// How light is computed.
@@ -12,14 +13,33 @@ pub(crate) enum Method {
     Reference,
     /// Caustics mapping (Shah, Konttinen & Pattanaik).
     CausticsMap,
+    /// Adaptive caustic maps (Wyman & Nichols).
+    Acm,
+    /// Adaptive spectral mapping (Blanchette & Agu).
+    Asm,
 }
 
 impl Method {
+    /// All that are built.
+    const ALL: [Self; 4] = [Self::Reference, Self::CausticsMap, Self::Acm, Self::Asm];
+
+    /// The method of plans; the reference has none.
+    pub(crate) fn planned(self) -> Option<asm_core::Method> {
+        match self {
+            Self::Reference => None,
+            Self::CausticsMap => Some(asm_core::Method::CausticsMap),
+            Self::Acm => Some(asm_core::Method::Acm),
+            Self::Asm => Some(asm_core::Method::Asm),
+        }
+    }
+
     /// Its name on the command line.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Reference => "reference",
             Self::CausticsMap => "caustics-map",
+            Self::Acm => "acm",
+            Self::Asm => "asm",
         }
     }
 }
@@ -28,11 +48,7 @@ impl FromStr for Method {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(
-            text,
-            &[Self::Reference, Self::CausticsMap].map(|m| (m.name(), m)),
-            &["acm", "asm", "footprint"],
-        )
+        choose(text, &Self::ALL.map(|m| (m.name(), m)), &["footprint"])
     }
 }
 
@@ -85,6 +101,24 @@ impl FromStr for Refraction {
 
     fn from_str(text: &str) -> Result<Self, String> {
         choose(text, &[Self::ImageSpace, Self::Traced].map(|r| (r.name(), r)), &[])
+    }
+}
+
+/// How gaps between wavelengths are filled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Gaps(pub(crate) GapFilling);
+
+impl FromStr for Gaps {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let built = [
+            ("none", GapFilling::None),
+            ("paper", GapFilling::Paper),
+            ("paper-literal", GapFilling::PaperLiteral),
+            ("disc", GapFilling::Disc),
+        ];
+        choose(text, &built, &[]).map(Self)
     }
 }
 

@@ -6,7 +6,7 @@
 mod args;
 mod backend;
 mod bake;
-mod caustics_map;
+mod caustics;
 mod choices;
 mod devices;
 mod error;

@@ -43,10 +43,12 @@ struct ResourceSummary {
 }
 
 pub(crate) fn run(args: &PlanArgs) -> Result<(), CliError> {
-    if args.method == Method::Reference {
-        let problem = "--method reference has no plan, it traces the scene itself; there is: caustics-map";
+    let Some(method) = args.method.planned() else {
+        let problem =
+            "--method reference has no plan, it traces the scene itself; there is: caustics-map, acm, asm";
         return Err(CliError::Usage(problem.into()));
-    }
+    };
+    let settings = args.plan.settings(method, args.wavelengths);
     let opened = scene_argument::open(&args.scene)?;
     let scene = &opened.scene;
     let limits = CpuExecutor::new(PASSES, None).map_err(CliError::failed)?.limits();
@@ -57,7 +59,7 @@ pub(crate) fn run(args: &PlanArgs) -> Result<(), CliError> {
         plans: Vec::new(),
         problems: Vec::new(),
     };
-    for plan in plans(scene, &limits) {
+    for plan in plans(scene, &settings, &limits) {
         match plan {
             Ok(plan) => report.plans.push(summary(plan)),
             Err(problem) => report.problems.push(problem),
@@ -66,18 +68,17 @@ pub(crate) fn run(args: &PlanArgs) -> Result<(), CliError> {
     messages::print(&if args.json { targets::json_text(&report)? } else { report.to_string() })
 }
 
-/// A bake onto the main receiver and a picture by the first camera, as `bake` and `render` make them by default.
-fn plans(scene: &Scene, limits: &Limits) -> [Result<Plan, String>; 2] {
-    let settings = Settings::default();
+/// A bake onto the main receiver and a picture by the first camera, in the sizes that `bake` and `render` have by default.
+fn plans(scene: &Scene, settings: &Settings, limits: &Limits) -> [Result<Plan, String>; 2] {
     let size = DEFAULT_BAKE_SIZE;
     let receiver = scene.receiver("receiver").ok().or_else(|| scene.receivers().next());
     let bake =
         receiver.ok_or_else(|| "bake: no opaque object has texture coordinates".to_owned()).and_then(|r| {
-            let plan = bake_plan(scene, r, [size.width, size.height], &settings, limits);
+            let plan = bake_plan(scene, r, [size.width, size.height], settings, limits);
             plan.map(|p| p.plan).map_err(|e| format!("bake: {e}"))
         });
     let size = DEFAULT_RENDER_SIZE;
-    let picture = render_plan(scene, 0, [size.width, size.height], &settings, limits);
+    let picture = render_plan(scene, 0, [size.width, size.height], settings, limits);
     [bake, picture.map(|p| p.plan).map_err(|e| format!("picture: {e}"))]
 }
 

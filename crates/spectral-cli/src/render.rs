@@ -7,7 +7,7 @@ use crate::output::exr::ExrImage;
 use crate::output::png;
 use crate::stats::{Stats, Stopwatch, json};
 use crate::targets::ImageFormat;
-use crate::{caustics_map, reference, scene_argument, targets};
+use crate::{caustics, reference, scene_argument, targets};
 
 /// The camera that pictures are taken with.
 const CAMERA: usize = 0;
@@ -27,7 +27,9 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), CliError> {
 
     let (picture, work) = match run.method {
         Method::Reference => reference::render(scene, CAMERA, *size, run, &mut times)?,
-        Method::CausticsMap => caustics_map::render(scene, CAMERA, *size, run, &mut times)?,
+        Method::CausticsMap | Method::Acm | Method::Asm => {
+            caustics::render(scene, CAMERA, *size, run, &mut times)?
+        }
     };
 
     let display = picture.display(args.exposure);

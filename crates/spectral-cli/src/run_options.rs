@@ -1,7 +1,9 @@
 //! What the options of `bake` and `render` mean together: which method takes which.
 
-use crate::args::RunArgs;
-use crate::choices::{Backend, Method, Refraction};
+use asm_core::{Emission, Settings};
+
+use crate::args::{PlanOptions, RunArgs};
+use crate::choices::{Backend, Gaps, Method, Refraction};
 use crate::error::CliError;
 
 impl Method {
@@ -9,7 +11,7 @@ impl Method {
     pub(crate) fn refraction(self) -> Refraction {
         match self {
             Self::Reference => Refraction::Traced,
-            Self::CausticsMap => Refraction::ImageSpace,
+            Self::CausticsMap | Self::Acm | Self::Asm => Refraction::ImageSpace,
         }
     }
 }
@@ -38,11 +40,16 @@ impl RunArgs {
         }
         match self.method {
             Method::Reference => self.check_reference(),
-            Method::CausticsMap => self.check_caustics_map(),
+            Method::CausticsMap | Method::Acm | Method::Asm => self.check_planned(),
         }
     }
 
     fn check_reference(&self) -> Result<(), CliError> {
+        if let Some(option) = self.plan.given() {
+            return usage(format!(
+                "{option} goes with --method caustics-map, acm and asm, and the method is reference"
+            ));
+        }
         let gpu = match self.backend {
             Backend::Wgpu => "--backend wgpu",
             Backend::Vulkan => "--backend vulkan",
@@ -52,19 +59,53 @@ impl RunArgs {
         usage(format!("--method reference runs on the CPU only: leave out {gpu}"))
     }
 
-    fn check_caustics_map(&self) -> Result<(), CliError> {
+    fn check_planned(&self) -> Result<(), CliError> {
+        let method = self.method.name();
         let stochastic = [("--photons", self.photons.is_some()), ("--noise", self.noise.is_some())];
         if let Some((option, _)) = stochastic.iter().find(|(_, given)| *given) {
-            return usage(format!(
-                "{option} goes with --method reference only, and the method is caustics-map"
-            ));
+            return usage(format!("{option} goes with --method reference only, and the method is {method}"));
         }
         match self.bounces {
             None | Some(0) => Ok(()),
             Some(bounces) => usage(format!(
-                "--bounces {bounces} does not go with --method caustics-map, which follows no internal reflections: \
+                "--bounces {bounces} does not go with --method {method}, which follows no internal reflections: \
                  0, or --method reference"
             )),
+        }
+    }
+}
+
+impl PlanOptions {
+    /// The first option that was given.
+    fn given(&self) -> Option<&'static str> {
+        [
+            ("--levels", self.levels.is_some()),
+            ("--scheme", self.scheme.is_some()),
+            ("--gap-filling", self.gap_filling.is_some()),
+            ("--gap-radius", self.gap_radius.is_some()),
+            ("--gap-samples", self.gap_samples.is_some()),
+            ("--gap-threshold", self.gap_threshold.is_some()),
+        ]
+        .into_iter()
+        .find(|(_, given)| *given)
+        .map(|(option, _)| option)
+    }
+
+    /// Settings of a method with these options.
+    pub(crate) fn settings(&self, method: asm_core::Method, wavelengths: Option<usize>) -> Settings {
+        let defaults = Settings::of(method);
+        Settings {
+            wavelengths: wavelengths.map(|n| n as u32),
+            scheme: self.scheme,
+            emission: self.levels.map(|levels| match levels {
+                0 => Emission::Grid,
+                levels => Emission::Adaptive { levels },
+            }),
+            gap_filling: self.gap_filling.map(|Gaps(rule)| rule),
+            gap_radius: self.gap_radius.unwrap_or(defaults.gap_radius),
+            gap_samples: self.gap_samples.unwrap_or(defaults.gap_samples),
+            gap_threshold: self.gap_threshold.unwrap_or(defaults.gap_threshold),
+            ..defaults
         }
     }
 }

@@ -48,12 +48,16 @@ pub(crate) struct Args {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum MethodName {
     CausticsMap,
+    Acm,
+    Asm,
 }
 
 impl MethodName {
     const fn method(self) -> Method {
         match self {
             Self::CausticsMap => Method::CausticsMap,
+            Self::Acm => Method::Acm,
+            Self::Asm => Method::Asm,
         }
     }
 

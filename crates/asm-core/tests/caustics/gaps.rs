@@ -51,11 +51,7 @@ impl Small {
         };
         let zeros = |n: usize| -> Vec<AtomicU32> { (0..n).map(|_| AtomicU32::new(0)).collect() };
         let (filled, energy) = (zeros(map.len()), zeros(ENERGY_ROWS * ENERGY_WORDS));
-        gap_fill(
-            &Inputs { params, map: &map, offsets: &offsets, mask: &self.mask },
-            &filled,
-            &energy,
-        );
+        gap_fill(&Inputs { params, map: &map, offsets: &offsets, mask: &self.mask }, &filled, &energy);
         let word = |w: &AtomicU32| u64::from(w.load(Ordering::Relaxed));
         let texels: Vec<[u64; 3]> = filled
             .chunks_exact(6)

@@ -8,6 +8,7 @@ mod colour;
 mod gaps;
 mod hard_cases;
 mod lamps;
+mod method_plans;
 mod plans;
 mod stage;
 mod white;

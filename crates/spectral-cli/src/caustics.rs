@@ -1,4 +1,4 @@
-//! `--method caustics-map`: a plan, built for the chosen executor's limits and run once.
+//! `--method caustics-map|acm|asm`: a plan, built for the chosen executor's limits and run once.
 
 use asm_core::Settings;
 use frame_plan::{ExecuteError, Executor, Plan};
@@ -28,7 +28,7 @@ pub(crate) fn bake(
     let size = [size.width, size.height];
     let bake =
         asm_core::bake_plan(scene, receiver, size, &settings, &executor.limits()).map_err(CliError::plan)?;
-    let (maps, statistics) = execute(executor, &bake.plan, times, |executor| bake.read(executor))?;
+    let (maps, statistics) = execute(run, executor, &bake.plan, times, |executor| bake.read(executor))?;
     let work = Work::new(executor.info().clone(), chosen.reason, &settings, &statistics, &Value::Null)?;
     Ok((maps, work))
 }
@@ -48,24 +48,26 @@ pub(crate) fn render(
     let pixels = [size.width, size.height];
     let render = asm_core::render_plan(scene, camera, pixels, &settings, &executor.limits())
         .map_err(CliError::plan)?;
-    let (picture, statistics) = execute(executor, &render.plan, times, |executor| render.read(executor))?;
+    let (picture, statistics) =
+        execute(run, executor, &render.plan, times, |executor| render.read(executor))?;
     let work = Work::new(executor.info().clone(), chosen.reason, &settings, &statistics, &Value::Null)?;
     Ok((Picture { size, xyz: picture.xyz }, work))
 }
 
 fn settings(run: &RunArgs) -> Settings {
-    Settings { wavelengths: run.wavelengths.map(|n| n as u32), ..Settings::default() }
+    run.plan.settings(run.method.planned().unwrap_or_default(), run.wavelengths)
 }
 
 /// Run one frame and read what it left: only then is a GPU known to be done.
 fn execute<T>(
+    run: &RunArgs,
     executor: &mut dyn Executor,
     plan: &Plan,
     times: &mut Stopwatch,
     read: impl FnOnce(&mut dyn Executor) -> Result<T, ExecuteError>,
 ) -> Result<T, CliError> {
     times.did("plan");
-    let _progress = Progress::spinner(&format!("caustics-map on {}", executor.info().device));
+    let _progress = Progress::spinner(&format!("{} on {}", run.method.name(), executor.info().device));
     executor.prepare(plan).map_err(CliError::failed)?;
     times.did("prepare");
     executor.execute().map_err(CliError::failed)?;

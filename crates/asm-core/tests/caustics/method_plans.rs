@@ -1,0 +1,152 @@
+//! What ACM and ASM plan for each scene, and why.
+
+use asm_core::{Emission, GapFilling, Method, PlanError, Settings, bake_plan, render_plan};
+use frame_plan::{Limits, Plan, Step};
+use spectral_core::dispersion::Dispersion;
+use spectral_core::wavelengths::Scheme;
+use spectral_scene::{BUNDLED, Scene, bundled};
+
+fn bake_of(scene: &Scene, settings: &Settings) -> Plan {
+    let receiver = scene.receiver("receiver").unwrap();
+    bake_plan(scene, receiver, [64; 2], settings, &Limits::default()).unwrap().plan
+}
+
+fn has(plan: &Plan, pass: &str) -> bool {
+    let mut found = false;
+    plan.for_each_pass(&mut |step| found |= step.pass == pass);
+    found
+}
+
+/// Wavelengths of the last refinement's photons.
+fn wavelengths(plan: &Plan) -> u32 {
+    let id = plan.params.iter().find(|p| p.name.starts_with("photon_refine")).unwrap();
+    let last = &id.bytes[id.bytes.len() - id.stride_bytes as usize..];
+    word_of(last, 4)
+}
+
+fn word_of(bytes: &[u8], word: usize) -> u32 {
+    u32::from_le_bytes(bytes[4 * word..4 * word + 4].try_into().unwrap())
+}
+
+fn reasons(plan: &Plan, pass: &str, kept: bool) -> Vec<String> {
+    let of = |d: &&frame_plan::Decision| d.pass == pass && d.kept == kept;
+    plan.decisions.iter().filter(of).map(|d| d.reason.clone()).collect()
+}
+
+#[test]
+fn every_bundled_scene_has_its_acm_and_asm_plan() {
+    for name in BUNDLED {
+        let scene = bundled(name).unwrap();
+        let names = |settings: &Settings| bake_of(&scene, settings).step_names();
+        let light = format!("light 0 `{}`", scene.lights[0].name);
+        // What the two add to caustics mapping, and where.
+        let mut acm = names(&Settings::default());
+        let clear = acm.iter().position(|s| s == "clear map").unwrap();
+        let copies = (0..6).map(|level| format!("copy photon queue {level} to photon queue heads"));
+        let refine = [format!("coverage_mip ({light})"), format!("photon_refine ({light})")];
+        acm.splice(clear..clear, refine.clone().into_iter().chain(copies));
+        assert_eq!(names(&Settings::of(Method::Acm)), acm, "{name}");
+        let mut asm = names(&Settings::default());
+        let copies = (0..3).map(|level| format!("copy photon queue {level} to photon queue heads"));
+        asm.splice(clear..clear, refine.into_iter().chain(copies));
+        let resolve = asm.iter().position(|s| s.starts_with("map_resolve")).unwrap();
+        let fill =
+            [format!("gap_mask ({light})"), "clear filled map".to_owned(), format!("gap_fill ({light})")];
+        let disperses = scene.materials.iter().any(|m| m.is_refractor() && m.dispersion.is_dispersive());
+        if disperses {
+            asm.splice(resolve..resolve, fill);
+            let ledger = asm.iter().position(|s| s == "clear ledger").unwrap();
+            asm.insert(ledger + 1, "clear gap energy".into());
+        }
+        assert_eq!(names(&Settings::of(Method::Asm)), asm, "{name}");
+        for method in [Method::Acm, Method::Asm] {
+            for settings in [Settings::of(method), Settings { prune: false, ..Settings::of(method) }] {
+                bake_of(&scene, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
+                let picture = render_plan(&scene, 0, [64; 2], &settings, &Limits::default()).unwrap();
+                picture.plan.validate(&asm_core::PASSES, &Limits::default()).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn asm_without_dispersion_is_acm() {
+    let mut scene = bundled("prism").unwrap();
+    let split = bake_of(&scene, &Settings::of(Method::Asm));
+    assert_eq!(wavelengths(&split), 7);
+    assert!(reasons(&split, "gap_fill", true)[0].contains("dispersion: on"), "{:?}", split.decisions);
+    for material in &mut scene.materials {
+        material.dispersion = Dispersion::Constant { n: material.dispersion.n_d() };
+    }
+    let levels = Some(Emission::Adaptive { levels: 4 });
+    let of = |method| bake_of(&scene, &Settings { emission: levels, ..Settings::of(method) });
+    let (acm, asm) = (of(Method::Acm), of(Method::Asm));
+    assert_eq!((acm.steps, acm.resources, acm.params), (asm.steps, asm.resources, asm.params));
+    assert_eq!(
+        reasons(&bake_of(&scene, &Settings::of(Method::Asm)), "gap_fill", false),
+        ["light 0 `sun`: one wavelength leaves no gaps between wavelengths"]
+    );
+    assert!(reasons(&acm_default(&scene), "gap_fill", false)[0].contains("no gap filling was asked for"));
+    assert_eq!(
+        reasons(&acm_default(&scene), "photon_refine", true),
+        ["acm: photons where 6 levels of the emission view show glass"]
+    );
+    assert_eq!(
+        reasons(&bake_of(&scene, &Settings::default()), "photon_refine", false),
+        ["caustics-map: a photon per texel of the emission view"]
+    );
+}
+
+fn acm_default(scene: &Scene) -> Plan {
+    bake_of(scene, &Settings::of(Method::Acm))
+}
+
+#[test]
+fn methods_have_the_papers_wavelengths() {
+    let scene = bundled("prism").unwrap();
+    assert_eq!(wavelengths(&bake_of(&scene, &Settings::of(Method::Acm))), 1);
+    let many = Settings { wavelengths: Some(21), ..Settings::of(Method::Asm) };
+    assert_eq!(wavelengths(&bake_of(&scene, &many)), 21);
+    assert_eq!((many.scheme(), many.range_nm()), (Scheme::Uniform, (380.0, 680.0)));
+    let table_1 = Settings { scheme: Some(Scheme::Asm2013), ..Settings::of(Method::Asm) };
+    assert_eq!(wavelengths(&bake_of(&scene, &table_1)), 7);
+    // One wavelength leaves nothing to fill, whoever asks.
+    let one =
+        Settings { wavelengths: Some(1), gap_filling: Some(GapFilling::Paper), ..Settings::of(Method::Asm) };
+    assert!(!has(&bake_of(&scene, &one), "gap_fill"));
+}
+
+#[test]
+fn photons_are_launched_by_arguments_that_a_pass_wrote() {
+    let plan = acm_default(&bundled("ring").unwrap());
+    let indirect = plan.steps.iter().find_map(|step| match step {
+        Step::DispatchIndirect { pass, arguments, offset_bytes } if pass.pass == "photon_trace" => {
+            Some((*arguments, *offset_bytes))
+        }
+        _ => None,
+    });
+    assert_eq!(indirect, Some((plan.resource("photon queue 5").unwrap(), 4)));
+}
+
+#[test]
+fn settings_of_the_methods_are_checked() {
+    let scene = bundled("prism").unwrap();
+    let receiver = scene.receiver("receiver").unwrap();
+    let base = || Settings::of(Method::Asm);
+    let adaptive = |levels| Some(Emission::Adaptive { levels });
+    for (settings, name) in [
+        (Settings { emission: adaptive(0), ..base() }, "emission levels"),
+        (Settings { emission: adaptive(9), ..base() }, "emission levels"),
+        (Settings { gap_radius: 16, ..base() }, "gap_radius"),
+        (Settings { gap_samples: 0, ..base() }, "gap_samples"),
+        (Settings { gap_threshold: 0, ..base() }, "gap_threshold"),
+    ] {
+        let error = bake_plan(&scene, receiver, [8; 2], &settings, &Limits::default()).unwrap_err();
+        assert!(matches!(error, PlanError::Setting { setting, .. } if setting == name), "{error}");
+    }
+    // The paper's sums need room: fewer photons fit.
+    let many = Settings { emission_size: 16_384, wavelengths: Some(21), gap_samples: 64, ..base() };
+    let limits = Limits { max_texture_size: 16_384, ..Limits::default() };
+    let error = bake_plan(&scene, receiver, [8; 2], &many, &limits).unwrap_err();
+    assert!(matches!(error, PlanError::TooManyPhotons { max, .. } if max == 1 << 28), "{error}");
+}
