@@ -76,7 +76,7 @@ fn scrambled(seed: u32) -> u32 {
     return x ^ (x >> 16u);
 }
 
-fn from_samples(texel: vec2<u32>, index: u32, own: Flux) -> Flux {
+fn filled_by_samples(texel: vec2<u32>, index: u32, own: Flux) -> Flux {
     var sum = Flux(vec3<u32>(0u), vec3<u32>(0u));
     var hits = 0u;
     for (var i = 0u; i < params.samples; i++) {
@@ -101,7 +101,7 @@ fn from_samples(texel: vec2<u32>, index: u32, own: Flux) -> Flux {
 
 // What one texel gives the other gets, and every texel within the radius of another gives to it as much as that one
 // would in its place: light is kept, and where all hold the same nothing changes.
-fn from_disc(texel: vec2<u32>, index: u32, own: Flux) -> Flux {
+fn exchanged_in_disc(texel: vec2<u32>, index: u32, own: Flux) -> Flux {
     if mask[index] == MASK_DARK {
         return own;
     }
@@ -136,9 +136,9 @@ fn gap_fill(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocat
         let before = flux_at(index);
         var after = before;
         if params.rule == GAP_DISC {
-            after = from_disc(id.xy, index, before);
+            after = exchanged_in_disc(id.xy, index, before);
         } else {
-            after = from_samples(id.xy, index, before);
+            after = filled_by_samples(id.xy, index, before);
         }
         for (var c = 0u; c < 3u; c++) {
             atomicStore(&filled[6u * index + 2u * c], after.low[c]);

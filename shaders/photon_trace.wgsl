@@ -29,7 +29,7 @@ struct PhotonTrace {
     guard_texels: f32,        // photons that arrive up to so many texels beside a surface are put down too
     emission: u32,            // EMISSION_*
     max_groups: u32,          // of the device, per dimension
-    reserved0: u32,
+    rule: u32,                // RULE_*
 }
 
 const EMISSION_GRID: u32 = 0u;  // tiles of the whole emission view
@@ -208,6 +208,10 @@ fn find_landing(ray: Ray) -> Landing {
         let beside = params.guard_texels > 0.0 && beside_surface(at, ray, distance);
         return Landing(END_OUTSIDE_MAP, at, distance, false, beside);
     }
+    // What GLSL's refract() makes of total reflection goes nowhere: it stays under the place where it happened.
+    if all(ray.direction == vec3<f32>(0.0)) {
+        return Landing(END_LANDED, at, 0.0, true, false);
+    }
     let hit = plane_hit(triangles[visible - 1u], ray);
     if !hit.crosses || hit.distance < -SAME_SURFACE {
         return Landing(END_ESCAPED, at, distance, false, false);
@@ -223,32 +227,6 @@ fn find_landing(ray: Ray) -> Landing {
 fn spot_falloff(direction: vec3<f32>) -> f32 {
     let cone = clamp(dot(direction, params.spot_axis) * params.spot_scale + params.spot_offset, 0.0, 1.0);
     return cone * cone;
-}
-
-struct Crossing {
-    end: u32, // END_LANDED where light passes
-    direction: vec3<f32>,
-    reflectance: f32,
-}
-
-// Light through a facet with a normal on the side it comes from. No step in the index is no interface, however the
-// interpolated normal leans.
-fn cross_surface(direction: vec3<f32>, normal: vec3<f32>, facet: Triangle, eta: f32) -> Crossing {
-    if eta == 1.0 {
-        return Crossing(END_LANDED, direction, 0.0);
-    }
-    if dot(direction, normal) >= 0.0 {
-        return Crossing(END_WRONG_SIDE, direction, 0.0);
-    }
-    let refraction = refract_light(direction, normal, eta);
-    if refraction.total {
-        return Crossing(END_TOTAL, direction, 1.0);
-    }
-    let n = cross(facet.p1 - facet.p0, facet.p2 - facet.p0);
-    if dot(refraction.direction, n) * dot(direction, n) <= 0.0 {
-        return Crossing(END_WRONG_SIDE, direction, 0.0);
-    }
-    return Crossing(END_LANDED, refraction.direction, refraction.reflectance);
 }
 
 fn absorb(photon: Photon, passes: f32) -> Photon {
@@ -288,7 +266,7 @@ fn trace(texel: vec2<u32>, band: u32) -> Traced {
     let medium = optics[(params.first_band + band) * params.materials + front.material];
     let entering = hit.facing < 0.0;
     let entry_normal = select(-1.0, 1.0, entering) * interpolated_normal(front, hit);
-    let first = cross_surface(light_ray.direction, entry_normal, front, select(1.0 / medium.index, medium.index, entering));
+    let first = cross_surface(light_ray.direction, entry_normal, front, select(1.0 / medium.index, medium.index, entering), params.rule);
     if first.end != END_LANDED {
         photon.end = first.end;
         return traced(photon);
@@ -310,7 +288,7 @@ fn trace(texel: vec2<u32>, band: u32) -> Traced {
             in_glass = false;
             photon = absorb(photon, exp(-medium.absorption * exit.hit.distance));
             let back = triangles[exit.triangle];
-            let second = cross_surface(ray.direction, -interpolated_normal(back, exit.hit), back, 1.0 / medium.index);
+            let second = cross_surface(ray.direction, -interpolated_normal(back, exit.hit), back, 1.0 / medium.index, params.rule);
             if second.end != END_LANDED {
                 photon.end = second.end;
                 return traced(photon);

@@ -10,7 +10,7 @@ use crate::shared::flux::WHOLE;
 use crate::{PlanError, Settings};
 
 /// d, the wavelength of glTF's index of refraction, nm.
-const D_LINE_NM: f64 = 587.56;
+pub(crate) const D_LINE_NM: f64 = 587.56;
 
 /// Absorption that leaves nothing over any length that f32 tells from 0.
 const OPAQUE_PER_UNIT: f64 = 1e20;
@@ -95,7 +95,7 @@ impl<'a> Glass<'a> {
             .collect()
     }
 
-    fn optics(&self, lambda_nm: f64, metres_per_unit: f64) -> Optics {
+    pub(crate) fn optics(&self, lambda_nm: f64, metres_per_unit: f64) -> Optics {
         if !self.material.is_refractor() {
             return Optics { index: 1.0, absorption: 0.0, surface: 1.0, reserved: 0.0 };
         }

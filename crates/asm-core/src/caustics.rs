@@ -146,6 +146,7 @@ impl<'a> Caustics<'a> {
             ledger: self.ledger,
             queue_heads: refinement.map(|r| r.heads),
             gap_energy: self.gaps.as_ref().map(|g| g.energy),
+            view_counts: None,
             lights: setups.map(light).collect(),
         }
     }
@@ -334,7 +335,7 @@ impl<'a> Caustics<'a> {
             guard_texels: guard_texels(settings.splat, map.size.x) as f32,
             emission: if self.refinement.is_some() { EMISSION_QUEUE } else { EMISSION_GRID },
             max_groups: self.resources.max_groups(),
-            reserved0: 0,
+            rule: settings.refraction.code(),
         };
         let largest = setup.bands.largest;
         let scale = match settings.shah_intensity {

@@ -16,6 +16,7 @@ mod emission;
 mod error;
 mod gaps;
 mod geometry;
+mod glass_view;
 mod lights;
 pub mod passes;
 mod render;
@@ -31,7 +32,9 @@ pub use bake::{BakePlan, bake_plan};
 pub use error::PlanError;
 pub use passes::PASSES;
 pub use render::{Picture, RenderPlan, render_plan};
-pub use settings::{Emission, GapFilling, Interfaces, LandingUpdate, Method, Settings, Splat};
+pub use settings::{
+    Emission, GapFilling, GlassView, Interfaces, LandingUpdate, Method, RefractionRule, Settings, Splat,
+};
 pub use space::WorkingSpace;
-pub use statistics::{GapEnergy, Ledger, LevelCount, LightStatistics, Statistics, Tally};
+pub use statistics::{GapEnergy, Ledger, LevelCount, LightStatistics, Statistics, Tally, ViewStatistics};
 pub use update::UpdateError;

@@ -8,13 +8,14 @@ use spectral_scene::{Effects, Material, Scene};
 
 use crate::bake::{DEFAULT_MAP_SIZES, check_size};
 use crate::caustics::Caustics;
+use crate::glass_view::{BACKGROUND_BYTES, CameraBuffers};
 use crate::lights::{Purpose, REACH, Receivers};
 use crate::passes::shade::{Shade, Surface};
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
 use crate::statistics::{Books, Statistics};
 use crate::update::update;
 use crate::view_fit::camera_view;
-use crate::{PlanError, Settings, UpdateError, WorkingSpace};
+use crate::{GlassView, PlanError, Settings, UpdateError, WorkingSpace};
 
 /// What a camera sees: XYZ radiance, Y in cd/m^2 where lights are in lux and candela.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -44,7 +45,7 @@ const OPAQUE_PER_UNIT: f64 = 1e20;
 /// A plan that renders what `camera`, an index into [`Scene::cameras`], sees, `size` pixels wide and high.
 ///
 /// Opaque surfaces are matt with their base colour (multiplied in linear sRGB), lit by direct and refracted light. Glass tints
-/// what is straight behind it; it does not bend the view yet.
+/// what is straight behind it, or bends the view: see [`GlassView`].
 ///
 /// # Errors
 /// [`PlanError`], before anything is allocated on a device.
@@ -63,7 +64,16 @@ pub fn render_plan(
     };
     // Fewer samples where the textures that hold them would be too large.
     let fitting = limits.max_texture_size / size[0].max(size[1]);
-    let samples = settings.picture_samples.min(fitting.max(1));
+    let mut samples = settings.picture_samples.min(fitting.max(1));
+    let effects = Effects::required_by(scene);
+    let glass = effects.deferred_refraction.on || !settings.prune;
+    let bends = glass && settings.glass_view() == GlassView::Deferred;
+    let background_bytes =
+        |samples: u32| BACKGROUND_BYTES * u64::from(size[0]) * u64::from(size[1]) * u64::from(samples).pow(2);
+    let most_bytes = limits.max_storage_binding_bytes.min(limits.max_buffer_bytes);
+    while bends && samples > 1 && background_bytes(samples) > most_bytes {
+        samples -= 1;
+    }
     let sampled = size.map(|s| s * samples);
     let space = WorkingSpace::of(scene);
     let purpose = Purpose {
@@ -73,10 +83,9 @@ pub fn render_plan(
         camera: Some(camera_view(seen_by, UVec2::from(sampled), &space, REACH)),
     };
     let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
-    let effects = Effects::required_by(scene);
-    let glass = effects.deferred_refraction.on || !settings.prune;
-    let thickness = glass && (effects.absorption.on || !settings.prune);
-    decide(&mut caustics.resources.plan, &effects, glass, thickness);
+    let bends = bends && caustics.lights() > 0;
+    let thickness = glass && (bends || effects.absorption.on || !settings.prune);
+    decide(&mut caustics.resources.plan, &effects, (settings.glass_view(), bends), glass, thickness);
 
     let remedy = "the picture's size";
     let nothing = caustics.resources.nothing();
@@ -97,10 +106,14 @@ pub fn render_plan(
     let pixels = u64::from(size[0]) * u64::from(size[1]);
     let picture = caustics.resources.buffer("picture", 16 * pixels, "the picture's size")?;
     caustics.resources.make_readable(picture);
-    let groups = caustics.resources.groups(size, 1, "the picture's size")?;
+    let view = if bends { Some(caustics.glass_view(&effects, sampled)?) } else { None };
+    // Bent, the picture is made from what the samples show without glass.
+    let (shaded, shaded_size, shaded_samples) =
+        view.as_ref().map_or((picture, size, samples), |view| (view.background, sampled, 1));
+    let groups = caustics.resources.groups(shaded_size, 1, "the picture's size")?;
 
     caustics.begin();
-    caustics.resources.plan.steps.push(Step::ClearBuffer { buffer: picture });
+    caustics.resources.plan.steps.push(Step::ClearBuffer { buffer: shaded });
     let camera_index = caustics.camera_view();
     let (opaque, all) = (caustics.geometry.opaque, caustics.geometry.triangles.len() as u32);
     if caustics.lights() > 0 {
@@ -121,8 +134,8 @@ pub fn render_plan(
         let [r, g, b] = columns(RgbSpace::SRGB.xyz_from_rgb());
         let params = Shade {
             light: light.params,
-            size: UVec2::from(size),
-            samples,
+            size: UVec2::from(shaded_size),
+            samples: shaded_samples,
             camera_view: camera_index,
             linear_srgb_from_x: x,
             linear_srgb_from_y: y,
@@ -138,20 +151,38 @@ pub fn render_plan(
             surfaces,
             light.caustic,
             opaque_visible,
-            glass_visible,
-            back_visible,
+            if bends { nothing } else { glass_visible },
+            if bends { nothing } else { back_visible },
             light.direct,
             light.landing,
             light.entry,
-            picture,
+            shaded,
         ];
         caustics.dispatch("shade", &light.label, &params, bindings.map(Bound::from).to_vec(), groups);
     }
-    let books = caustics.books();
+    let mut books = caustics.books();
+    if let Some(view) = &view {
+        let camera = CameraBuffers {
+            size: UVec2::from(size),
+            samples,
+            opaque: opaque_visible,
+            glass: glass_visible,
+            backs: back_visible,
+            picture,
+        };
+        caustics.refract_view(view, &camera)?;
+        books.view_counts = Some(view.counts);
+    }
     Ok(RenderPlan { plan: caustics.resources.plan, size, picture, books })
 }
 
-fn decide(plan: &mut Plan, effects: &Effects, glass: bool, thickness: bool) {
+fn decide(
+    plan: &mut Plan,
+    effects: &Effects,
+    (glass_view, bends): (GlassView, bool),
+    glass: bool,
+    thickness: bool,
+) {
     let mut decide = |pass: &str, kept, reason: String| {
         plan.decisions.push(Decision { pass: pass.into(), kept, reason });
     };
@@ -162,12 +193,26 @@ fn decide(plan: &mut Plan, effects: &Effects, glass: bool, thickness: bool) {
     decide(
         "visibility",
         thickness,
-        format!("camera, thickness of glass: absorption: {}, {}", state(absorption.on), absorption.reason),
+        if glass_view == GlassView::Deferred {
+            format!("camera, backs of glass: where its rays leave glass: {}, {}", state(seen.on), seen.reason)
+        } else {
+            format!("camera, thickness of glass: absorption: {}, {}", state(absorption.on), absorption.reason)
+        },
     );
-    if glass {
-        let reason =
-            "glass tints what is straight behind it; bending the view is not part of caustics mapping";
-        decide("deferred_refraction", false, reason.into());
+    match glass_view {
+        GlassView::Deferred => {
+            decide(
+                "deferred_refraction",
+                bends,
+                format!("camera, glass: {}, {}", state(seen.on), seen.reason),
+            );
+        }
+        GlassView::Straight if glass => {
+            let reason =
+                "glass tints what is straight behind it; bending the view is not part of caustics mapping";
+            decide("deferred_refraction", false, reason.into());
+        }
+        GlassView::Straight => {}
     }
 }
 

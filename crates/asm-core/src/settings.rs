@@ -5,6 +5,7 @@ use spectral_core::observer::{Observer, VISIBLE_NM};
 use spectral_core::wavelengths::{DEFAULT_RANGE_NM, Scheme};
 
 use crate::PlanError;
+use crate::shared::crossing::{RULE_FRESNEL, RULE_GLSL};
 
 /// How caustics are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -31,6 +32,38 @@ pub enum Emission {
         /// Levels that are looked at, 1 to 8; the coarsest has cells of 2^(levels - 1) tiles along each side.
         levels: u32,
     },
+}
+
+/// What an interface does with light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum RefractionRule {
+    /// Snell's law and Fresnel's equations; total reflection is told apart and counted.
+    #[default]
+    Fresnel,
+    /// GLSL's `refract()`, as the shaders of the papers have it: nothing is reflected, and at total reflection it returns the
+    /// zero vector. Such a photon stays where it is: it is put down under that place and counted as astray.
+    Glsl,
+}
+
+impl RefractionRule {
+    /// As shaders know it.
+    pub(crate) fn code(self) -> u32 {
+        match self {
+            Self::Fresnel => RULE_FRESNEL,
+            Self::Glsl => RULE_GLSL,
+        }
+    }
+}
+
+/// How a camera sees glass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum GlassView {
+    /// As a tint on what is straight behind it.
+    Straight,
+    /// Deferred refraction: each wavelength is bent at front and back and fetches the background where it leads.
+    Deferred,
 }
 
 /// How gaps between the wavelengths of a map are filled.
@@ -131,6 +164,13 @@ pub struct Settings {
     pub exit_iterations: u32,
     /// How many interfaces refract.
     pub interfaces: Interfaces,
+    /// What an interface does with light, in the map and before the camera.
+    pub refraction: RefractionRule,
+    /// How a camera sees glass; `None` is [`GlassView::Straight`] for [`Method::CausticsMap`] and [`GlassView::Deferred`] for the
+    /// others.
+    pub glass_view: Option<GlassView>,
+    /// Total reflections inside glass that the camera's rays follow; the papers follow none.
+    pub view_bounces: u32,
     /// How a photon is put into the map.
     pub splat: Splat,
     /// Samples per texel of a bake, along each side; more where the map is finer, fewer where the device has no texture for
@@ -168,6 +208,9 @@ impl Default for Settings {
             ray_geo_update: LandingUpdate::Plane,
             exit_iterations: 8,
             interfaces: Interfaces::Two,
+            refraction: RefractionRule::Fresnel,
+            glass_view: None,
+            view_bounces: 3,
             splat: Splat::Auto,
             bake_samples: 4,
             picture_samples: 2,
@@ -237,6 +280,14 @@ impl Settings {
         })
     }
 
+    /// How a camera sees glass.
+    pub fn glass_view(&self) -> GlassView {
+        self.glass_view.unwrap_or(match self.method {
+            Method::CausticsMap => GlassView::Straight,
+            Method::Acm | Method::Asm => GlassView::Deferred,
+        })
+    }
+
     /// Checks what does not depend on the scene.
     pub(crate) fn check(&self) -> Result<(), PlanError> {
         check_count("emission_size", self.emission_size, 1, 16_384)?;
@@ -246,6 +297,7 @@ impl Settings {
         check_count("gap_radius", self.gap_radius, 1, 15)?;
         check_count("gap_samples", self.gap_samples, 1, 64)?;
         check_count("gap_threshold", self.gap_threshold, 1, 1000)?;
+        check_count("view_bounces", self.view_bounces, 0, 64)?;
         check_count("bake_samples", self.bake_samples, 1, 16)?;
         check_count("picture_samples", self.picture_samples, 1, 16)?;
         if let Some(size) = self.map_size {

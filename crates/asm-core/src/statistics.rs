@@ -3,6 +3,7 @@
 use frame_plan::{DeviceInfo, ExecuteError, Executor, ResourceId, StepTime};
 use serde::{Deserialize, Serialize};
 
+use crate::passes::deferred_refraction::end_counts;
 use crate::passes::gap_fill::{ENERGY_ROWS, ENERGY_WORDS};
 use crate::shared::ledger::*;
 use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_DROPPED, QUEUE_HEAD, TILE_TEXELS};
@@ -146,6 +147,23 @@ pub struct LevelCount {
     pub dropped: u32,
 }
 
+/// What became of the wavelengths that a camera sends through glass, by how their ways end.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ViewStatistics {
+    /// At a background that the picture shows.
+    pub seen: u64,
+    /// At a surface that something hides in the picture: what hides it is fetched.
+    pub hidden: u64,
+    /// Beside the picture: its edge is fetched.
+    pub outside_picture: u64,
+    /// Past every surface that the picture shows: dark.
+    pub nothing: u64,
+    /// Totally reflected more often than is followed: dark, but for GLSL's rule.
+    pub total_reflection: u64,
+    /// No way out in the picture, or out of the wrong side of a facet: dark.
+    pub no_exit: u64,
+}
+
 /// What a frame did and how long it took.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Statistics {
@@ -155,6 +173,8 @@ pub struct Statistics {
     pub photons: u64,
     /// The lights that had photons.
     pub lights: Vec<LightStatistics>,
+    /// The camera's way through glass, where a picture refracts it.
+    pub view: Option<ViewStatistics>,
     /// Milliseconds per step; empty where the device cannot measure.
     pub step_times: Vec<StepTime>,
 }
@@ -211,6 +231,8 @@ pub(crate) struct Books {
     pub(crate) queue_heads: Option<ResourceId>,
     /// Energies of gap filling: row x light that it ran for.
     pub(crate) gap_energy: Option<ResourceId>,
+    /// Counts of deferred refraction.
+    pub(crate) view_counts: Option<ResourceId>,
     pub(crate) lights: Vec<LightBooks>,
 }
 
@@ -224,6 +246,7 @@ impl Books {
         let ledger = words(executor, self.ledger)?;
         let queue_heads = words(executor, self.queue_heads)?;
         let gap_energy = words(executor, self.gap_energy)?;
+        let view_counts = words(executor, self.view_counts)?;
         let (mut first_head, mut first_row) = (0, 0);
         let lights: Vec<LightStatistics> = self
             .lights
@@ -251,6 +274,12 @@ impl Books {
             })
             .collect();
         let photons = lights.iter().flat_map(|l| &l.ledgers).map(|l| u64::from(l.emitted.photons)).sum();
-        Ok(Statistics { device: executor.info().clone(), photons, lights, step_times: executor.step_times() })
+        let view = (!view_counts.is_empty()).then(|| {
+            let [seen, hidden, outside_picture, nothing, total_reflection, no_exit] =
+                end_counts(&view_counts);
+            ViewStatistics { seen, hidden, outside_picture, nothing, total_reflection, no_exit }
+        });
+        let (device, step_times) = (executor.info().clone(), executor.step_times());
+        Ok(Statistics { device, photons, lights, view, step_times })
     }
 }

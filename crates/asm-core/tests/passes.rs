@@ -3,6 +3,7 @@
 use asm_core::PASSES;
 use asm_core::display::{DISPLAY_WGSL, DisplayParams};
 use asm_core::passes::coverage_mip::{COVERAGE_MIP, CoverageMip};
+use asm_core::passes::deferred_refraction::{DEFERRED_REFRACTION, DeferredRefraction, ViewBand};
 use asm_core::passes::gap_fill::{GAP_FILL, GapFill};
 use asm_core::passes::gap_mask::{GAP_MASK, GapMask};
 use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
@@ -57,7 +58,7 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             layout!(PhotonTrace as "PhotonTrace" {
                 emission_view, landing_view, landing_faces, first_band, materials, interfaces, exit_iterations,
                 landing_iterations, landing_update, splat_taps, splat_sigma, exit_reach, landing_center, range, spot_axis,
-                spot_scale, spot_offset, splat_share, splat_spacing, guard_texels, emission, max_groups, reserved0,
+                spot_scale, spot_offset, splat_share, splat_spacing, guard_texels, emission, max_groups, rule,
             }),
         ),
         (&COVERAGE_MIP, layout!(CoverageMip as "CoverageMip" { level, reserved0, size })),
@@ -89,6 +90,18 @@ fn every_struct_has_the_layout_of_its_wgsl() {
                 linear_srgb_from_z, reserved2, xyz_from_r, reserved3, xyz_from_g, reserved4, xyz_from_b, reserved5,
             }),
         ),
+        (
+            &DEFERRED_REFRACTION,
+            layout!(DeferredRefraction as "DeferredRefraction" {
+                size, samples, camera_view, wavelengths, materials, exit_iterations, background_iterations, exit_reach,
+                bounces, rule, reserved0,
+            }),
+        ),
+        (
+            &DEFERRED_REFRACTION,
+            layout!(ViewBand as "ViewBand" { from_x, reserved0, from_y, reserved1, from_z, reserved2 }),
+        ),
+        (&DEFERRED_REFRACTION, layout!(Optics as "Optics" { index, absorption, surface, reserved })),
         (&SHADE, layout!(Surface as "Surface" { color, index, absorption, reserved })),
     ];
     for (pass, layout) in checks {

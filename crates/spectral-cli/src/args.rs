@@ -8,7 +8,7 @@ use spectral_core::header::Format;
 use spectral_core::observer::Observer;
 use spectral_core::wavelengths::Scheme;
 
-use crate::choices::{Backend, Gaps, Method, Refraction};
+use crate::choices::{Backend, Gaps, Glass, Method, Refraction, Rule};
 use crate::values::{self, Exposure, Size, WavelengthRange};
 
 /// Texels of a bake if nothing else is said.
@@ -177,6 +177,12 @@ pub(crate) struct PlanOptions {
     /// How gaps between wavelengths are filled: none, paper, paper-literal or disc [default: the method's].
     #[arg(long, value_name = "HOW")]
     pub(crate) gap_filling: Option<Gaps>,
+    /// What glass does with light: fresnel or glsl, which is GLSL's refract() [default: fresnel].
+    #[arg(long, value_name = "RULE")]
+    pub(crate) rule: Option<Rule>,
+    /// How a camera sees glass: straight or deferred refraction [default: the method's].
+    #[arg(long, value_name = "HOW")]
+    pub(crate) glass: Option<Glass>,
     /// Reach of gap filling, texels of the map.
     #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=15), allow_negative_numbers = true)]
     pub(crate) gap_radius: Option<u32>,

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use asm_core::GapFilling;
+use asm_core::{GapFilling, GlassView, RefractionRule};
 use serde::Serialize;
 
 /// How light is computed.
@@ -118,6 +118,32 @@ impl FromStr for Gaps {
             ("paper-literal", GapFilling::PaperLiteral),
             ("disc", GapFilling::Disc),
         ];
+        choose(text, &built, &[]).map(Self)
+    }
+}
+
+/// How a camera sees glass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Glass(pub(crate) GlassView);
+
+impl FromStr for Glass {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let built = [("straight", GlassView::Straight), ("deferred", GlassView::Deferred)];
+        choose(text, &built, &[]).map(Self)
+    }
+}
+
+/// What an interface does with light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Rule(pub(crate) RefractionRule);
+
+impl FromStr for Rule {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let built = [("fresnel", RefractionRule::Fresnel), ("glsl", RefractionRule::Glsl)];
         choose(text, &built, &[]).map(Self)
     }
 }

@@ -3,7 +3,7 @@
 use asm_core::{Emission, Settings};
 
 use crate::args::{PlanOptions, RunArgs};
-use crate::choices::{Backend, Gaps, Method, Refraction};
+use crate::choices::{Backend, Gaps, Glass, Method, Refraction, Rule};
 use crate::error::CliError;
 
 impl Method {
@@ -81,6 +81,8 @@ impl PlanOptions {
         [
             ("--levels", self.levels.is_some()),
             ("--scheme", self.scheme.is_some()),
+            ("--rule", self.rule.is_some()),
+            ("--glass", self.glass.is_some()),
             ("--gap-filling", self.gap_filling.is_some()),
             ("--gap-radius", self.gap_radius.is_some()),
             ("--gap-samples", self.gap_samples.is_some()),
@@ -101,6 +103,8 @@ impl PlanOptions {
                 0 => Emission::Grid,
                 levels => Emission::Adaptive { levels },
             }),
+            refraction: self.rule.map_or(defaults.refraction, |Rule(rule)| rule),
+            glass_view: self.glass.map(|Glass(view)| view),
             gap_filling: self.gap_filling.map(|Gaps(rule)| rule),
             gap_radius: self.gap_radius.unwrap_or(defaults.gap_radius),
             gap_samples: self.gap_samples.unwrap_or(defaults.gap_samples),

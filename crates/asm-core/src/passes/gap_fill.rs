@@ -97,9 +97,9 @@ pub fn gap_fill(inputs: &Inputs<'_>, filled: &[AtomicU32], energy: &[AtomicU32])
             let index = y as usize * width + x as usize;
             let before = inputs.flux_at(index);
             let after = if params.rule == GAP_DISC {
-                inputs.from_disc(texel, index, before)
+                inputs.exchanged_in_disc(texel, index, before)
             } else {
-                inputs.from_samples(texel, index, before)
+                inputs.filled_by_samples(texel, index, before)
             };
             for c in 0..3 {
                 filled[6 * index + 2 * c].store(after[c] as u32, Ordering::Relaxed);
@@ -148,7 +148,7 @@ impl Inputs<'_> {
         })
     }
 
-    fn from_samples(&self, texel: UVec2, index: usize, own: [u64; 3]) -> [u64; 3] {
+    fn filled_by_samples(&self, texel: UVec2, index: usize, own: [u64; 3]) -> [u64; 3] {
         let params = &self.params;
         let mut sum = [0_u64; 3];
         let mut hits = 0;
@@ -175,7 +175,7 @@ impl Inputs<'_> {
 
     /// What one texel gives the other gets, and every texel within the radius of another gives to it as much as that one
     /// would in its place: light is kept, and where all hold the same nothing changes.
-    fn from_disc(&self, texel: UVec2, index: usize, own: [u64; 3]) -> [u64; 3] {
+    fn exchanged_in_disc(&self, texel: UVec2, index: usize, own: [u64; 3]) -> [u64; 3] {
         if self.mask[index] == MASK_DARK {
             return own;
         }

@@ -3,6 +3,7 @@
 use frame_plan::{Binding, BindingKind, PassSet};
 
 pub mod coverage_mip;
+pub mod deferred_refraction;
 pub mod gap_fill;
 pub mod gap_mask;
 pub mod map_resolve;
@@ -25,6 +26,7 @@ pub const PASSES: PassSet = PassSet(&[
     &map_resolve::MAP_RESOLVE,
     &receiver_bake::RECEIVER_BAKE,
     &shade::SHADE,
+    &deferred_refraction::DEFERRED_REFRACTION,
 ]);
 
 const VIEW_WGSL: &str = include_str!("../../../../shaders/shared/view.wgsl");
@@ -36,6 +38,7 @@ const LIGHT_VIEWS_WGSL: &str = include_str!("../../../../shaders/shared/light_vi
 const VISIBILITY_WGSL: &str = include_str!("../../../../shaders/shared/visibility.wgsl");
 const PHOTON_QUEUE_WGSL: &str = include_str!("../../../../shaders/shared/photon_queue.wgsl");
 const GAP_WGSL: &str = include_str!("../../../../shaders/shared/gap.wgsl");
+const CROSSING_WGSL: &str = include_str!("../../../../shaders/shared/crossing.wgsl");
 const LEDGER_WGSL: &str = include_str!("../../../../shaders/shared/ledger.wgsl");
 const IRRADIANCE_WGSL: &str = include_str!("../../../../shaders/shared/irradiance.wgsl");
 

@@ -15,14 +15,14 @@ use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{
-    FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, PHOTON_QUEUE_WGSL, REFRACT_WGSL, SPLAT_WGSL, TRIANGLE_WGSL,
-    VIEW_WGSL, VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY, binding,
+    CROSSING_WGSL, FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, PHOTON_QUEUE_WGSL, REFRACT_WGSL, SPLAT_WGSL,
+    TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY, binding,
 };
+use crate::shared::crossing::cross_surface;
 use crate::shared::flux::{QUANTUM, add_64, flux_part, part_from};
 use crate::shared::ledger::*;
 use crate::shared::light_views::{Located, locate, locate_clamped};
 use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_HEAD, queue_cell};
-use crate::shared::refract::refract_light;
 use crate::shared::splat::splat;
 use crate::shared::triangle::{
     NOTHING, PlaneHit, SAME_SURFACE, TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle, visible_in_layer,
@@ -77,8 +77,8 @@ pub struct PhotonTrace {
     pub emission: u32,
     /// Most workgroups of the device, per dimension.
     pub max_groups: u32,
-    /// Padding.
-    pub reserved0: u32,
+    /// `RULE_*`.
+    pub rule: u32,
 }
 
 /// Tiles of the whole emission view.
@@ -135,6 +135,7 @@ pub const PHOTON_TRACE: PassInfo = PassInfo {
         FLUX_WGSL,
         LIGHT_VIEWS_WGSL,
         LEDGER_WGSL,
+        CROSSING_WGSL,
         PHOTON_QUEUE_WGSL,
         SPLAT_WGSL,
         include_str!("../../../../shaders/photon_trace.wgsl"),
@@ -288,33 +289,6 @@ fn step_to_neighbour(tile: &Tile, own: &Located, place: u32, along_y: bool) -> O
         (Some(a), Some(b)) => Some(if b.length_squared() < a.length_squared() { b } else { a }),
         (a, b) => a.or(b),
     }
-}
-
-struct Crossing {
-    /// [`END_LANDED`] where light passes.
-    end: u32,
-    direction: Vec3,
-    reflectance: f32,
-}
-
-/// Light through a facet with a normal on the side it comes from. No step in the index is no interface, however the
-/// interpolated normal leans.
-fn cross_surface(direction: Vec3, normal: Vec3, facet: &Triangle, eta: f32) -> Crossing {
-    if eta == 1.0 {
-        return Crossing { end: END_LANDED, direction, reflectance: 0.0 };
-    }
-    if direction.dot(normal) >= 0.0 {
-        return Crossing { end: END_WRONG_SIDE, direction, reflectance: 0.0 };
-    }
-    let refraction = refract_light(direction, normal, eta);
-    if refraction.total {
-        return Crossing { end: END_TOTAL, direction, reflectance: 1.0 };
-    }
-    let n = facet.scaled_normal();
-    if refraction.direction.dot(n) * direction.dot(n) <= 0.0 {
-        return Crossing { end: END_WRONG_SIDE, direction, reflectance: 0.0 };
-    }
-    Crossing { end: END_LANDED, direction: refraction.direction, reflectance: refraction.reflectance }
 }
 
 impl Photon {
@@ -506,6 +480,10 @@ impl Inputs<'_> {
             return Landing { beside, ..ended(END_OUTSIDE_MAP) };
         }
         let triangle = &self.triangles[visible as usize - 1];
+        // What GLSL's refract() makes of total reflection goes nowhere: it stays under the place where it happened.
+        if ray.direction == Vec3::ZERO {
+            return Landing { end: END_LANDED, at, distance: 0.0, astray: true, beside: false };
+        }
         let hit = triangle.plane_hit(ray);
         if !hit.crosses || hit.distance < -SAME_SURFACE {
             return ended(END_ESCAPED);
@@ -562,7 +540,7 @@ impl Inputs<'_> {
         let entering = hit.facing < 0.0;
         let entry_normal = (if entering { 1.0 } else { -1.0 }) * front.interpolated_normal(&hit);
         let eta = if entering { medium.index } else { 1.0 / medium.index };
-        let first = cross_surface(light_ray.direction, entry_normal, front, eta);
+        let first = cross_surface(light_ray.direction, entry_normal, front, eta, params.rule);
         if first.end != END_LANDED {
             photon.end = first.end;
             return (photon, None);
@@ -587,7 +565,8 @@ impl Inputs<'_> {
                     photon.absorb((-medium.absorption * exit.hit.distance).exp());
                     let back = &self.triangles[exit.triangle as usize];
                     let exit_normal = back.interpolated_normal(&exit.hit);
-                    let second = cross_surface(ray.direction, -exit_normal, back, 1.0 / medium.index);
+                    let second =
+                        cross_surface(ray.direction, -exit_normal, back, 1.0 / medium.index, params.rule);
                     if second.end != END_LANDED {
                         photon.end = second.end;
                         return (photon, None);

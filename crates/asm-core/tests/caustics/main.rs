@@ -6,6 +6,7 @@ mod adaptive;
 mod books;
 mod colour;
 mod gaps;
+mod glass_view;
 mod hard_cases;
 mod lamps;
 mod method_plans;

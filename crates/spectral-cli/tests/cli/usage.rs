@@ -99,6 +99,9 @@ fn options_that_a_method_lacks_are_refused() {
     bake("--method asm --bounces 2").bad_usage(&["--bounces", "asm"]);
     bake("--method reference --levels 3").bad_usage(&["--levels", "asm"]);
     bake("--method reference --gap-filling paper").bad_usage(&["--gap-filling", "asm"]);
+    bake("--method reference --rule glsl").bad_usage(&["--rule", "asm"]);
+    bake("--rule bogus").bad_usage(&["bogus", "fresnel", "glsl"]);
+    bake("--glass bogus").bad_usage(&["bogus", "straight", "deferred"]);
     bake("--gap-filling bogus").bad_usage(&["bogus", "none", "paper", "paper-literal", "disc"]);
     bake("--backend cpu --adapter x").bad_usage(&["--adapter", "--backend"]);
     bake("--refraction bogus").bad_usage(&["bogus", "image-space", "traced"]);

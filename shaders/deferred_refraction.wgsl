@@ -1,0 +1,319 @@
+// Glass as a camera sees it (Wyman & Nichols 2009, Blanchette & Agu 2013): each wavelength is refracted where it enters and
+// leaves, follows total reflection inside, and fetches the background where it leads. Host side:
+// `passes/deferred_refraction.rs`.
+//
+// background   what the camera sees without glass, XYZ per sample
+// sample       texel of the camera's view; pixels are means over a grid of them
+
+struct DeferredRefraction {
+    size: vec2<u32>,          // pixels
+    samples: u32,             // per pixel and axis
+    camera_view: u32,
+    wavelengths: u32,
+    materials: u32,           // row length of `optics`
+    exit_iterations: u32,     // guesses at each way through glass
+    background_iterations: u32,
+    exit_reach: f32,          // no way through glass is longer
+    bounces: u32,             // total reflections that are followed
+    rule: u32,                // RULE_*
+    reserved0: u32,
+}
+
+// A wavelength's K_n in XYZ: what it adds to XYZ is this times the XYZ that it fetched. All of them sum to the identity.
+struct ViewBand {
+    from_x: vec3<f32>,
+    reserved0: u32,
+    from_y: vec3<f32>,
+    reserved1: u32,
+    from_z: vec3<f32>,
+    reserved2: u32,
+}
+
+struct Optics {
+    index: f32,       // refractive index at a wavelength
+    absorption: f32,  // per working unit
+    surface: f32,     // share of refracted light that the surface lets pass
+    reserved: f32,
+}
+
+@group(0) @binding(0) var<uniform> params: DeferredRefraction;
+@group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
+@group(0) @binding(2) var<storage, read> views: array<View>;
+@group(0) @binding(3) var<storage, read> bands: array<ViewBand>;
+@group(0) @binding(4) var<storage, read> optics: array<Optics>; // wavelength * materials + material
+@group(0) @binding(5) var<storage, read> background: array<vec4<f32>>;
+@group(0) @binding(6) var camera_visibility: texture_2d<u32>; // opaque surfaces
+@group(0) @binding(7) var glass_visibility: texture_2d<u32>;  // refractors
+@group(0) @binding(8) var back_visibility: texture_2d<u32>;   // back faces of refractors
+@group(0) @binding(9) var<storage, read_write> picture: array<vec4<f32>>;
+@group(0) @binding(10) var<storage, read_write> counts: array<atomic<u32>>;
+
+// How a wavelength's way ends.
+const SEEN: u32 = 0u;           // at a background that the picture shows
+const SEEN_HIDDEN: u32 = 1u;    // at a surface that something hides in the picture: what hides it is fetched
+const SEEN_OUTSIDE: u32 = 2u;   // beside the picture: its edge is fetched
+const SEEN_NOTHING: u32 = 3u;   // past every surface that the picture shows: dark
+const SEEN_TOTAL: u32 = 4u;     // totally reflected more often than is followed: dark
+const SEEN_NO_EXIT: u32 = 5u;   // no way out in the picture, or out of the wrong side of a facet: dark
+const SEEN_ROWS: u32 = 6u;
+
+struct Exit {
+    found: bool,
+    contained: bool, // the hit is in its triangle, not only in its plane
+    triangle: u32,
+    hit: PlaneHit,
+}
+
+fn glass_at(layer: u32, texel: vec2<i32>) -> u32 {
+    if layer == 0u {
+        return textureLoad(back_visibility, texel, 0).r;
+    }
+    return textureLoad(glass_visibility, texel, 0).r;
+}
+
+fn texel_of(view: View, p: vec3<f32>) -> vec2<i32> {
+    return vec2<i32>(clamp(view_project(view, p).texel, vec2<f32>(0.0), vec2<f32>(view.size) - 1.0));
+}
+
+// Where a ray inside `object` leaves by faces that a layer shows, as `find_exit` of photon_trace.wgsl.
+fn exit_in_layer(view: View, ray: Ray, object: u32, layer: u32) -> Exit {
+    var best = Exit(false, false, 0u, PlaneHit(false, 0.0, 0.0, 0.0, 0.0));
+    var last = NOTHING;
+    var inner = 0.0;
+    var outer = params.exit_reach;
+    var distance = 0.0;
+    for (var i = 0u; i < params.exit_iterations; i++) {
+        let visible = glass_at(layer, texel_of(view, ray.origin + distance * ray.direction));
+        if visible != NOTHING && visible == last {
+            break;
+        }
+        var ahead = -1.0;
+        var behind_plane = false;
+        if visible != NOTHING && triangles[visible - 1u].object == object {
+            let hit = plane_hit(triangles[visible - 1u], ray);
+            behind_plane = hit.facing * (distance - hit.distance) < 0.0;
+            if hit.crosses && hit.facing > 0.0 && hit.distance > SAME_SURFACE {
+                ahead = hit.distance;
+                let contained = inside(hit);
+                if contained || !best.found || ahead < best.hit.distance {
+                    best = Exit(true, contained, visible - 1u, hit);
+                }
+                if contained {
+                    break;
+                }
+            }
+        }
+        if behind_plane {
+            inner = distance;
+        } else if distance > 0.0 {
+            outer = distance;
+        }
+        let between = ahead > inner && ahead < outer;
+        last = select(NOTHING, visible, between);
+        distance = select(0.5 * (inner + outer), ahead, between);
+    }
+    return best;
+}
+
+// The back faces that the camera sees, and after a reflection the front faces too.
+fn find_exit(view: View, ray: Ray, object: u32, reflected: bool) -> Exit {
+    let back = exit_in_layer(view, ray, object, 0u);
+    if !reflected || back.contained {
+        return back;
+    }
+    let front = exit_in_layer(view, ray, object, 1u);
+    let nearer = front.found && (!back.found || front.hit.distance < back.hit.distance);
+    if front.contained || nearer {
+        return front;
+    }
+    return back;
+}
+
+struct Seen {
+    end: u32, // SEEN_*
+    distance: f32,
+    xyz: vec3<f32>,
+}
+
+fn unseen(end: u32) -> Seen {
+    return Seen(select(SEEN_NO_EXIT, SEEN_TOTAL, end == END_TOTAL), 0.0, vec3<f32>(0.0));
+}
+
+fn background_at(at: vec2<f32>, size: vec2<u32>) -> vec3<f32> {
+    let corner = floor(at - 0.5);
+    let share = (at - 0.5) - corner;
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let side = vec2<u32>(i & 1u, i >> 1u);
+        let texel = vec2<u32>(clamp(corner + vec2<f32>(side), vec2<f32>(0.0), vec2<f32>(size) - 1.0));
+        let weight = select(1.0 - share.x, share.x, side.x == 1u) * select(1.0 - share.y, share.y, side.y == 1u);
+        if weight > 0.0 {
+            sum += weight * background[texel.y * size.x + texel.x].xyz;
+        }
+    }
+    return sum;
+}
+
+fn fetch(view: View, end: u32, texel: vec2<f32>, distance: f32) -> Seen {
+    let at = clamp(texel, vec2<f32>(0.5), vec2<f32>(view.size) - 0.5);
+    return Seen(end, distance, background_at(at, view.size));
+}
+
+// Where a ray that has left glass meets what the camera sees: the plane of the surface under a guess is the next guess,
+// from the surface behind the glass's own sample on.
+fn find_background(view: View, sample: vec2<u32>, ray: Ray) -> Seen {
+    // What GLSL's refract() makes of total reflection goes nowhere.
+    if all(ray.direction == vec3<f32>(0.0)) {
+        return fetch(view, SEEN_TOTAL, view_project(view, ray.origin).texel, 0.0);
+    }
+    var distance = params.exit_reach;
+    var visible = textureLoad(camera_visibility, vec2<i32>(sample), 0).r;
+    var last = NOTHING;
+    var found = false;
+    for (var i = 0u; i < params.background_iterations; i++) {
+        var ahead = -1.0;
+        if visible != NOTHING {
+            let hit = plane_hit(triangles[visible - 1u], ray);
+            if hit.crosses {
+                ahead = hit.distance;
+            }
+        }
+        if ahead > -SAME_SURFACE {
+            found = true;
+            distance = max(ahead, 0.0);
+            if visible == last {
+                break;
+            }
+            last = visible;
+        } else {
+            distance *= 0.5;
+        }
+        visible = textureLoad(camera_visibility, texel_of(view, ray.origin + distance * ray.direction), 0).r;
+    }
+    if !found {
+        return Seen(SEEN_NOTHING, 0.0, vec3<f32>(0.0));
+    }
+    let point = ray.origin + distance * ray.direction;
+    let at = view_project(view, point);
+    if at.z <= 0.0 {
+        return Seen(SEEN_NOTHING, 0.0, vec3<f32>(0.0));
+    }
+    var end = SEEN;
+    if !view_holds(view, at) {
+        end = SEEN_OUTSIDE;
+    } else {
+        let there = textureLoad(camera_visibility, vec2<i32>(at.texel), 0).r;
+        if there == NOTHING {
+            end = SEEN_NOTHING;
+        } else {
+            let hit = plane_hit(triangles[there - 1u], ray);
+            if !hit.crosses || abs(hit.distance - distance) > 0.01 * distance + SAME_SURFACE {
+                end = SEEN_HIDDEN;
+            }
+        }
+    }
+    return fetch(view, end, at.texel, distance);
+}
+
+// What one wavelength sees through glass that the camera's ray meets at `hit`.
+fn see_through(view: View, sample: vec2<u32>, camera_ray: Ray, front: Triangle, hit: PlaneHit, wavelength: u32) -> Seen {
+    let medium = optics[wavelength * params.materials + front.material];
+    let entering = hit.facing < 0.0;
+    let normal = select(-1.0, 1.0, entering) * interpolated_normal(front, hit);
+    let first = cross_surface(camera_ray.direction, normal, front, select(1.0 / medium.index, medium.index, entering), params.rule);
+    if first.end != END_LANDED {
+        return unseen(first.end);
+    }
+    var passes = (1.0 - first.reflectance) * medium.surface;
+    var ray = Ray(camera_ray.origin + hit.distance * camera_ray.direction, first.direction);
+    let open = (front.flags & TRIANGLE_OPEN) != 0u;
+    var in_glass = entering;
+    for (var bounce = 0u; in_glass; bounce++) {
+        let exit = find_exit(view, ray, front.object, bounce > 0u);
+        if !exit.found {
+            if open {
+                break; // the background is inside
+            }
+            return unseen(END_NO_EXIT);
+        }
+        passes *= exp(-medium.absorption * exit.hit.distance);
+        let back = triangles[exit.triangle];
+        let point = ray.origin + exit.hit.distance * ray.direction;
+        let inwards = -interpolated_normal(back, exit.hit);
+        let out = cross_surface(ray.direction, inwards, back, 1.0 / medium.index, params.rule);
+        if out.end == END_LANDED {
+            passes *= (1.0 - out.reflectance) * medium.surface;
+            ray = Ray(point, out.direction);
+            in_glass = false;
+        } else if out.end == END_TOTAL && bounce < params.bounces {
+            ray = Ray(point, normalize(ray.direction - 2.0 * dot(ray.direction, inwards) * inwards));
+        } else {
+            return unseen(out.end);
+        }
+    }
+    var seen = find_background(view, sample, ray);
+    if in_glass {
+        passes *= exp(-medium.absorption * seen.distance);
+    }
+    seen.xyz *= passes;
+    return seen;
+}
+
+var<workgroup> ends: array<atomic<u32>, SEEN_ROWS>;
+
+// XYZ of a sample, through the nearest refractor if there is one before what is opaque.
+fn radiance_at(sample: vec2<u32>) -> vec3<f32> {
+    let view = views[params.camera_view];
+    let behind = background[sample.y * view.size.x + sample.x].xyz;
+    let visible = textureLoad(glass_visibility, vec2<i32>(sample), 0).r;
+    if visible == NOTHING {
+        return behind;
+    }
+    let ray = view_ray(view, vec2<f32>(sample) + 0.5);
+    let front = triangles[visible - 1u];
+    let hit = plane_hit(front, ray);
+    if !hit.crosses {
+        return behind;
+    }
+    let opaque = textureLoad(camera_visibility, vec2<i32>(sample), 0).r;
+    if opaque != NOTHING {
+        let opaque_hit = plane_hit(triangles[opaque - 1u], ray);
+        if opaque_hit.crosses && opaque_hit.distance <= hit.distance {
+            return behind;
+        }
+    }
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < params.wavelengths; i++) {
+        let seen = see_through(view, sample, ray, front, hit, i);
+        atomicAdd(&ends[seen.end], 1u);
+        let band = bands[i];
+        sum += mat3x3<f32>(band.from_x, band.from_y, band.from_z) * seen.xyz;
+    }
+    // Only now: bands one by one may be negative where their weights are of RGB.
+    return max(sum, vec3<f32>(0.0));
+}
+
+@compute @workgroup_size(8, 8, 1)
+fn deferred_refraction(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_index) local: u32,
+) {
+    if id.x < params.size.x && id.y < params.size.y {
+        var sum = vec3<f32>(0.0);
+        for (var j = 0u; j < params.samples; j++) {
+            for (var i = 0u; i < params.samples; i++) {
+                sum += radiance_at(id.xy * params.samples + vec2<u32>(i, j));
+            }
+        }
+        let samples = f32(params.samples * params.samples);
+        picture[id.y * params.size.x + id.x] = vec4<f32>(sum / samples, 0.0);
+    }
+    workgroupBarrier();
+    if local < SEEN_ROWS {
+        let count = atomicLoad(&ends[local]);
+        let before = atomicAdd(&counts[2u * local], count);
+        if before + count < count {
+            atomicAdd(&counts[2u * local + 1u], 1u);
+        }
+    }
+}
