@@ -51,7 +51,7 @@ struct Optics {
 // How a wavelength's way ends.
 const SEEN: u32 = 0u;           // at a background that the picture shows
 const SEEN_HIDDEN: u32 = 1u;    // at a surface that something hides in the picture: what hides it is fetched
-const SEEN_OUTSIDE: u32 = 2u;   // beside the picture: its edge is fetched
+const SEEN_OUTSIDE: u32 = 2u;   // at a surface that goes on beside the picture: the picture's edge is fetched
 const SEEN_NOTHING: u32 = 3u;   // past every surface that the picture shows: dark
 const SEEN_TOTAL: u32 = 4u;     // totally reflected more often than is followed: dark
 const SEEN_NO_EXIT: u32 = 5u;   // no way out in the picture, or out of the wrong side of a facet: dark
@@ -170,16 +170,20 @@ fn find_background(view: View, sample: vec2<u32>, ray: Ray) -> Seen {
     var visible = textureLoad(camera_visibility, vec2<i32>(sample), 0).r;
     var last = NOTHING;
     var found = false;
+    var contained = false; // the guess is on the surface itself, not only in its plane
     for (var i = 0u; i < params.background_iterations; i++) {
         var ahead = -1.0;
+        var in_triangle = false;
         if visible != NOTHING {
             let hit = plane_hit(triangles[visible - 1u], ray);
             if hit.crosses {
                 ahead = hit.distance;
+                in_triangle = inside(hit);
             }
         }
         if ahead > -SAME_SURFACE {
             found = true;
+            contained = in_triangle;
             distance = max(ahead, 0.0);
             if visible == last {
                 break;
@@ -195,7 +199,7 @@ fn find_background(view: View, sample: vec2<u32>, ray: Ray) -> Seen {
     }
     let point = ray.origin + distance * ray.direction;
     let at = view_project(view, point);
-    if at.z <= 0.0 {
+    if at.z <= 0.0 || (!contained && !view_holds(view, at)) {
         return Seen(SEEN_NOTHING, 0.0, vec3<f32>(0.0));
     }
     var end = SEEN;
@@ -253,7 +257,8 @@ fn see_through(view: View, sample: vec2<u32>, camera_ray: Ray, front: Triangle, 
     }
     var seen = find_background(view, sample, ray);
     if in_glass {
-        passes *= exp(-medium.absorption * seen.distance);
+        // What is kept along a ray is radiance over the square of the index.
+        passes *= exp(-medium.absorption * seen.distance) / (medium.index * medium.index);
     }
     seen.xyz *= passes;
     return seen;

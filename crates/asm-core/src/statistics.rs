@@ -154,7 +154,7 @@ pub struct ViewStatistics {
     pub seen: u64,
     /// At a surface that something hides in the picture: what hides it is fetched.
     pub hidden: u64,
-    /// Beside the picture: its edge is fetched.
+    /// At a surface that goes on beside the picture: the picture's edge is fetched.
     pub outside_picture: u64,
     /// Past every surface that the picture shows: dark.
     pub nothing: u64,

@@ -68,7 +68,7 @@ pub struct ViewBand {
 pub const SEEN: u32 = 0;
 /// At a surface that something hides in the picture: what hides it is fetched.
 pub const SEEN_HIDDEN: u32 = 1;
-/// Beside the picture: its edge is fetched.
+/// At a surface that goes on beside the picture: the picture's edge is fetched.
 pub const SEEN_OUTSIDE: u32 = 2;
 /// Past every surface that the picture shows: dark.
 pub const SEEN_NOTHING: u32 = 3;
@@ -286,16 +286,20 @@ impl Inputs<'_> {
         let mut visible = self.camera_visibility.load_uint(sample.x, sample.y);
         let mut last = NOTHING;
         let mut found = false;
+        let mut contained = false; // the guess is on the surface itself, not only in its plane
         for _ in 0..self.params.background_iterations {
             let mut ahead = -1.0;
+            let mut in_triangle = false;
             if visible != NOTHING {
                 let hit = self.triangles[visible as usize - 1].plane_hit(ray);
                 if hit.crosses {
                     ahead = hit.distance;
+                    in_triangle = hit.inside();
                 }
             }
             if ahead > -SAME_SURFACE {
                 found = true;
+                contained = in_triangle;
                 distance = ahead.max(0.0);
                 if visible == last {
                     break;
@@ -311,7 +315,7 @@ impl Inputs<'_> {
             return nothing;
         }
         let at = self.view.project(ray.origin + distance * ray.direction);
-        if at.z <= 0.0 {
+        if at.z <= 0.0 || (!contained && !self.view.holds(&at)) {
             return nothing;
         }
         let mut end = SEEN;
@@ -381,7 +385,8 @@ impl Inputs<'_> {
         }
         let mut seen = self.find_background(sample, ray);
         if in_glass {
-            passes *= (-medium.absorption * seen.distance).exp();
+            // What is kept along a ray is radiance over the square of the index.
+            passes *= (-medium.absorption * seen.distance).exp() / (medium.index * medium.index);
         }
         seen.xyz *= passes;
         seen
