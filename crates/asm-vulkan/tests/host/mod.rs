@@ -34,7 +34,7 @@ pub struct Host {
 }
 
 impl Host {
-    /// None if there is no device and skipping is allowed. `robust` lets the device keep accesses inside buffers.
+    /// None if there is no device and skipping is allowed. `robust` lets the device keep accesses inside buffers, if it can.
     pub fn new(robust: bool) -> Option<Self> {
         // The same rule for skipping as everywhere, and the same device.
         let wanted = device::executor(frame_plan::PassSet(&[]))?;
@@ -96,6 +96,10 @@ impl Host {
                     properties.device_name_as_c_str().is_ok_and(|n| n.to_string_lossy() == name)
                 })
                 .unwrap();
+            let known = instance.enumerate_device_extension_properties(physical).unwrap();
+            let robustness2 =
+                |e: &vk::ExtensionProperties| e.extension_name_as_c_str() == Ok(ext::robustness2::NAME);
+            let robust = robust && known.iter().any(robustness2);
             let queues =
                 [vk::DeviceQueueCreateInfo::default().queue_family_index(0).queue_priorities(&[1.0])];
             let core = vk::PhysicalDeviceFeatures {
