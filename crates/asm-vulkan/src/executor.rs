@@ -18,7 +18,7 @@ use crate::conv;
 use crate::device::{Gpu, VulkanHost};
 use crate::object::{Buffer, Commands};
 use crate::pipeline::Pipelines;
-use crate::readback;
+use crate::readback::{self, Watched};
 use crate::resources::{Held, HostBuffer, HostImage, Import, ParamsBuffer, Usages, allocate, check_import};
 use crate::timing::Timing;
 use crate::upload::{Uploads, fill};
@@ -68,6 +68,7 @@ struct Prepared {
     has_run: bool,
     timing: Option<Timing>,
     read_back: Option<Buffer>,
+    watched: Option<Watched>,
 }
 
 impl VulkanExecutor {
@@ -185,6 +186,28 @@ impl VulkanExecutor {
     #[must_use]
     pub fn image(&self, id: ResourceId) -> Option<vk::Image> {
         self.prepared.as_ref()?.resources.get(id.0 as usize)?.image()
+    }
+
+    /// From the next frame on, bring what these readable resources of the prepared plan hold after each frame to the host, in the
+    /// frame's own commands: for [`VulkanExecutor::latest`]. Replaces what was watched before; ends with the plan.
+    ///
+    /// # Errors
+    /// [`ExecuteError::Usage`] if nothing is prepared or a resource is not readable; device errors.
+    pub fn watch(&mut self, resources: &[ResourceId]) -> Result<(), ExecuteError> {
+        self.gpu.check()?;
+        let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
+        let watched = Watched::new(&self.gpu, &prepared.plan, resources, self.frames.len())?;
+        // Frames may still write what was watched before.
+        self.gpu.idle();
+        prepared.watched = Some(watched);
+        Ok(())
+    }
+
+    /// What a watched resource held after the last frame that has finished, laid out as by [`Executor::read`]; never waits. In a
+    /// host's commands a frame counts as finished once its place is taken by the next.
+    pub fn latest(&mut self, resource: ResourceId) -> Option<&[u8]> {
+        self.collect();
+        self.prepared.as_ref()?.watched.as_ref()?.latest(resource)
     }
 
     /// Hand over the image for the imported resource `name`, for the prepared plan and for later ones.
@@ -346,6 +369,7 @@ impl VulkanExecutor {
             has_run: false,
             timing,
             read_back: None,
+            watched: None,
         })
     }
 }
@@ -360,6 +384,9 @@ impl Prepared {
         if let Some(timing) = &mut self.timing {
             timing.begin(gpu, commands, place);
         }
+        if let Some(watched) = &mut self.watched {
+            watched.collect(place);
+        }
         for (i, held) in self.resources.iter().enumerate() {
             match held {
                 Held::HostImage(host) => self.tracker.hand_over(i, host.image, host.layout_before),
@@ -370,8 +397,11 @@ impl Prepared {
             }
         }
         self.uploads.record(gpu, commands, place, &mut self.tracker)?;
-        let Self { program, resources, tracker, timing, .. } = self;
+        let Self { program, plan, resources, tracker, timing, watched, .. } = self;
         program.record(&mut Recording { gpu, commands, resources, tracker }, timing.as_ref());
+        if let Some(watched) = watched {
+            watched.record(gpu, commands, place, (plan, resources), tracker);
+        }
         for (i, held) in self.resources.iter().enumerate() {
             match held {
                 Held::HostImage(host) => self.tracker.hand_back(i, host.layout_after),
@@ -382,6 +412,28 @@ impl Prepared {
         self.tracker.record(&gpu.device, commands);
         self.has_run = true;
         Ok(())
+    }
+}
+
+impl Prepared {
+    fn read(&mut self, gpu: &Arc<Gpu>, resource: ResourceId) -> Result<Vec<u8>, ExecuteError> {
+        let index = resource.0 as usize;
+        let Self { plan, resources, tracker, read_back, has_run, .. } = self;
+        let mut leave_in = None;
+        match &resources[index] {
+            Held::HostImage(host) => {
+                let layout = if *has_run { host.layout_after } else { host.layout_before };
+                tracker.hand_over(index, host.image, layout);
+                leave_in =
+                    Some(if layout == vk::ImageLayout::UNDEFINED { host.layout_after } else { layout });
+            }
+            Held::HostBuffer(_) => {
+                tracker.hand_over(index, vk::Image::null(), vk::ImageLayout::UNDEFINED);
+            }
+            _ => {}
+        }
+        let resource = (index, &plan.resources[index]);
+        readback::read(gpu, resource, &resources[index], tracker, read_back, leave_in)
     }
 }
 
@@ -443,48 +495,37 @@ impl Executor for VulkanExecutor {
             return Err(ExecuteError::nothing_prepared());
         }
         let place = self.free_place()?;
-        // The commands leave their place while they are recorded, since recording borrows everything else.
         let gpu = Arc::clone(&self.gpu);
         let commands = self.frames[place].commands.begin(&gpu)?;
         self.record_frame(place, commands)?;
-        self.frames[place].done = Some(self.frames[place].commands.end(&gpu)?);
+        match self.frames[place].commands.end(&gpu) {
+            Ok(value) => self.frames[place].done = Some(value),
+            Err(error) => return Err(self.abandon(error)),
+        }
         gpu.check()
     }
 
     fn read(&mut self, resource: ResourceId) -> Result<Vec<u8>, ExecuteError> {
         self.gpu.check()?;
         let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
-        let info = prepared.plan.check_readable(resource)?;
-        let index = resource.0 as usize;
-        let Prepared { resources, tracker, read_back, has_run, .. } = prepared;
-        let mut leave_in = None;
-        match &resources[index] {
-            Held::HostImage(host) => {
-                let layout = if *has_run { host.layout_after } else { host.layout_before };
-                tracker.hand_over(index, host.image, layout);
-                leave_in =
-                    Some(if layout == vk::ImageLayout::UNDEFINED { host.layout_after } else { layout });
-            }
-            Held::HostBuffer(_) => {
-                tracker.hand_over(index, vk::Image::null(), vk::ImageLayout::UNDEFINED);
-            }
-            _ => {}
-        }
-        let bytes =
-            readback::read(&self.gpu, (index, info), &resources[index], tracker, read_back, leave_in)?;
-        self.collect_times();
+        prepared.plan.check_readable(resource)?;
+        let bytes = match prepared.read(&self.gpu, resource) {
+            Ok(bytes) => bytes,
+            Err(error) => return Err(self.abandon(error)),
+        };
+        self.collect();
         self.gpu.check()?;
         Ok(bytes)
     }
 
     fn step_times(&mut self) -> Vec<StepTime> {
-        self.collect_times();
+        self.collect();
         let Some(timing) = self.prepared.as_ref().and_then(|p| p.timing.as_ref()) else { return Vec::new() };
         if timing.latest().is_none()
             && let Some(value) = self.frames.iter().filter_map(|f| f.done).max()
             && self.gpu.wait(value).is_ok()
         {
-            self.collect_times();
+            self.collect();
         }
         let timing = self.prepared.as_ref().and_then(|p| p.timing.as_ref());
         timing.and_then(Timing::latest).map_or_else(Vec::new, <[StepTime]>::to_vec)
@@ -492,15 +533,28 @@ impl Executor for VulkanExecutor {
 }
 
 impl VulkanExecutor {
-    /// Take over the times of the frames that are known to be done, the newest last.
-    fn collect_times(&mut self) {
+    /// Let go of a plan whose resources are not as they were recorded to be, since the commands did not run.
+    fn abandon(&mut self, error: ExecuteError) -> ExecuteError {
+        self.gpu.idle();
+        self.prepared = None;
+        error
+    }
+
+    /// Take over the times and the watched contents of the frames that are known to be done, the newest last.
+    fn collect(&mut self) {
         let Self { gpu, frames, prepared, recorded, .. } = self;
-        let Some(timing) = prepared.as_mut().and_then(|p| p.timing.as_mut()) else { return };
+        let Some(prepared) = prepared else { return };
         let count = frames.len();
         let oldest = (*recorded % count as u64) as usize;
         for place in (0..count).map(|i| (oldest + i) % count) {
-            if frames[place].done.is_some_and(|value| gpu.is_done(value)) {
+            if !frames[place].done.is_some_and(|value| gpu.is_done(value)) {
+                continue;
+            }
+            if let Some(timing) = &mut prepared.timing {
                 timing.collect(gpu, place);
+            }
+            if let Some(watched) = &mut prepared.watched {
+                watched.collect(place);
             }
         }
     }

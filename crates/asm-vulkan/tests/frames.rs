@@ -95,6 +95,37 @@ fn writes_between_frames_belong_to_their_frame() {
     assert_eq!(log[..50], expected);
 }
 
+/// Statistics that come a frame late, with nobody waiting for them.
+#[test]
+fn watched_resources_follow_the_frames() {
+    let Some(mut gpu) = executor(PASSES) else { return };
+    let mut plan = visibility_plan(SIZE, &fan(), 2);
+    let state =
+        plan.add_resource(Resource::buffer("state", 4096).readable().with_lifetime(Lifetime::Persistent));
+    plan.steps.push(dispatch("increment", None, &[state.into()], 16));
+    let ids = plan.resource("ids").unwrap();
+    gpu.prepare(&plan).unwrap();
+    let hidden = plan.resource("positions").unwrap();
+    assert!(matches!(gpu.watch(&[hidden]), Err(ExecuteError::Usage(_))));
+    gpu.watch(&[state, ids]).unwrap();
+    assert_eq!(gpu.latest(state), None, "no frame yet");
+    let mut last = 0;
+    for frame in 1..=20 {
+        gpu.execute().unwrap();
+        let seen = gpu.latest(state).map_or(0, |bytes| words(bytes)[0]);
+        assert!(last <= seen && seen <= frame, "after {last}, {seen} in frame {frame}");
+        // At most all frames but those that may be unfinished are behind.
+        assert!(seen + 3 >= frame, "{seen} in frame {frame}");
+        last = seen;
+    }
+    let read = read(&mut gpu, &plan, "ids");
+    assert_eq!(words(gpu.latest(state).unwrap()), [20; 1024], "reading has waited");
+    assert_eq!(gpu.latest(ids).unwrap(), read);
+    assert_eq!(gpu.latest(hidden), None);
+    gpu.prepare(&plan).unwrap();
+    assert_eq!(gpu.latest(state), None, "a new plan is not watched");
+}
+
 #[test]
 fn pipelines_are_made_once_per_pass() {
     let Some(mut gpu) = executor(PASSES) else { return };

@@ -1,10 +1,10 @@
 //! Passes with their shaders in SPIR-V, for executors that take no WGSL.
 //!
-//! Feature `spirv` adds [`compile`] and [`write_modules`], for build scripts and tests:
+//! Feature `spirv` adds the functions `compile`, `compile_wgsl` and `write_modules`, for build scripts and tests:
 //!
 //! ```text
 //! // build.rs
-//! write_modules(&compile(PASSES)?, &out_dir, "passes")?;
+//! write_modules(&compile(PASSES)?.modules, &out_dir, "passes")?;
 //! // lib.rs
 //! const SPIRV_PASSES: SpirvPasses =
 //!     SpirvPasses { passes: PASSES, modules: Cow::Borrowed(include!(concat!(env!("OUT_DIR"), "/passes.rs"))) };
