@@ -10,7 +10,9 @@ use asm_core::{Settings, bake_plan, render_plan};
 use asm_vulkan::{ASM_PASSES, VulkanExecutor};
 use asm_wgpu::{WgpuExecutor, WgpuOptions};
 use frame_plan::{Executor, Limits, PassSet, Plan, ResourceKind, TextureFormat};
+use glam::DVec3;
 use passes::*;
+use spectral_scene::LightShape;
 
 /// wgpu on the same device: both call it the same.
 fn wgpu(passes: PassSet, vulkan: &VulkanExecutor) -> WgpuExecutor {
@@ -92,6 +94,34 @@ fn caustics_give_the_same_bits() {
         let render = render_plan(&scene, 0, [96, 64], &settings, &limits).unwrap();
         assert!(compare(render.plan, &mut vulkan, &mut wgpu, 1) > 100_000);
     }
+}
+
+/// A lamp that moves: frames that follow it by new numbers are those of plans made anew, and make no objects.
+#[test]
+fn a_moving_lamp_gives_the_same_bits_and_no_objects() {
+    let Some(mut vulkan) = device::executor_of(ASM_PASSES) else { return };
+    let mut wgpu = wgpu(asm_core::PASSES, &vulkan);
+    let limits = limits(&vulkan, &wgpu);
+    let settings = Settings { emission_size: 64, ..Settings::default() };
+    let mut scene = spectral_scene::bundled("sphere").unwrap();
+    let receiver = scene.receiver("receiver").unwrap();
+    let plan = |scene: &_| bake_plan(scene, receiver, [32, 32], &settings, &limits).unwrap();
+    let mut bake = plan(&scene);
+    vulkan.prepare(&bake.plan).unwrap();
+    vulkan.execute().unwrap();
+    let mut last = device::read(&mut vulkan, &bake.plan, "irradiance");
+    let before = vulkan.live_objects();
+    for _ in 0..4 {
+        let LightShape::Directional { direction } = &mut scene.lights[0].shape else { panic!("a sun") };
+        *direction = (*direction + DVec3::X * 0.01).normalize();
+        bake.update(&mut vulkan, plan(&scene)).unwrap();
+        vulkan.execute().unwrap();
+        let moved = device::read(&mut vulkan, &bake.plan, "irradiance");
+        assert_ne!(moved, last, "the caustic moves");
+        assert!(moved == device::run(&mut wgpu, &plan(&scene).plan, "irradiance"), "as a plan made anew");
+        last = moved;
+    }
+    assert_eq!(vulkan.live_objects(), before);
 }
 
 /// Negative control: the comparison above sees another glass.
