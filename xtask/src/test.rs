@@ -58,11 +58,11 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
 
 /// Run cargo's tests with the driver.
 fn tests_pass(args: &Args, driver: &Driver, require_all: bool) -> Result<bool> {
-    // A doc test is no nextest test; cargo's own runner does both in one go.
+    // A doc test is no nextest test; cargo's own runner does both in one go. One failure does not hide the others.
     let runs: &[&[&str]] = if has_nextest() {
-        &[&["nextest", "run", "--workspace"], &["test", "--workspace", "--doc", "--quiet"]]
+        &[&["nextest", "run", "--workspace", "--no-fail-fast"], &["test", "--workspace", "--doc", "--quiet"]]
     } else {
-        &[&["test", "--workspace"]]
+        &[&["test", "--workspace", "--no-fail-fast"]]
     };
     for (i, arguments) in runs.iter().enumerate() {
         let extra = if i == 0 { args.runner.as_slice() } else { &[] };
