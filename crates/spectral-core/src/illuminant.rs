@@ -108,9 +108,26 @@ impl FromStr for Illuminant {
     }
 }
 
+/// The correlated colour temperature of CIE daylight by its name, kelvin: `D55`, `D75` or `D100` in hundreds of
+/// kelvin, `D5500` or `D10000` in kelvin; `None` for other names.
+///
+/// The nominal temperature times 1.4388 / 1.4380, see [`daylight`], which says what temperatures there are.
+pub fn daylight_cct_k(name: &str) -> Option<f64> {
+    let digits = name.strip_prefix(['D', 'd']).filter(|d| d.bytes().all(|b| b.is_ascii_digit()))?;
+    let number: f64 = digits.parse().ok()?;
+    let nominal_k = match digits.len() {
+        2 | 3 => 100.0 * number,
+        4 | 5 => number,
+        _ => return None,
+    };
+    Some(nominal_k * 1.4388 / 1.4380)
+}
+
 /// A name that is no illuminant's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("unknown illuminant: expected A, D50, D65, E or FL1 to FL12")]
+#[error(
+    "unknown illuminant: expected A, E, FL1 to FL12, D50, D65 or another Dxx, daylight of xx hundred kelvin, such as D55"
+)]
 pub struct UnknownIlluminant;
 
 /// A colour temperature out of the range where the formula holds.

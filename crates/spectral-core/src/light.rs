@@ -10,7 +10,7 @@ use serde::de::Error as _;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use crate::illuminant::{
-    DAYLIGHT_RANGE_K, Illuminant, TemperatureError, UnknownIlluminant, black_body, daylight,
+    DAYLIGHT_RANGE_K, Illuminant, TemperatureError, UnknownIlluminant, black_body, daylight, daylight_cct_k,
 };
 use crate::observer::{Observer, VISIBLE_NM};
 use crate::rgb::{D65_WHITE_XYZ, luminance, xyz_from_linear_srgb};
@@ -90,12 +90,17 @@ impl LightSpectrum {
         }
     }
 
-    /// A CIE illuminant by its name, such as `E` or `FL11`.
+    /// A CIE illuminant by its name, such as `E`, `FL11` or `D55`. D50 and D65 are the CIE's tables, every other D its
+    /// formula of daylight, see [`daylight_cct_k`].
     ///
     /// # Errors
-    /// If there is none of that name.
+    /// If there is none of that name, and for daylight below 4000 K and above 25000 K.
     pub fn illuminant(name: &str) -> Result<Self, LightError> {
-        Ok(Self::Illuminant(name.parse()?))
+        match (name.parse(), daylight_cct_k(name)) {
+            (Ok(tabulated), _) => Ok(Self::Illuminant(tabulated)),
+            (Err(_), Some(cct_k)) => Ok(daylight(cct_k).map(|_| Self::Daylight { cct_k })?),
+            (Err(unknown), None) => Err(unknown.into()),
+        }
     }
 
     /// Light of a correlated colour temperature: a black body below 4000 K, where CIE daylight is not defined, and
@@ -467,6 +472,34 @@ mod tests {
             let light = LightSpectrum::d65_upsampled(color);
             let weights = light.spectral_lux(Observer::Cie1931, &grid(50.0), 50.0);
             prop_assert!(weights.iter().flatten().all(|w| w.is_finite() && *w >= 0.0), "{:?} {:?}", light, weights);
+        }
+    }
+
+    /// Chromaticities from CIE 15:2004, table T.3.
+    #[test]
+    fn daylight_has_the_published_chromaticity_by_any_of_its_names() {
+        for (names, x, y) in [(["D55", "d5500"], 0.33242, 0.34743), (["D75", "D7500"], 0.29902, 0.31485)] {
+            for name in names {
+                let [cx, cy, cz] = LightSpectrum::illuminant(name).unwrap().unit_xyz(Observer::Cie1931);
+                let sum = cx + cy + cz;
+                let (got_x, got_y) = (cx / sum, cy / sum);
+                assert!((got_x - x).abs() < 1e-4 && (got_y - y).abs() < 1e-4, "{name}: {got_x} {got_y}");
+            }
+        }
+        assert_eq!(LightSpectrum::illuminant("D100"), LightSpectrum::illuminant("d10000"));
+        assert_eq!(LightSpectrum::illuminant("d65"), Ok(LightSpectrum::Illuminant(Illuminant::D65)));
+        for (name, words) in [
+            ("D39", "from 4000 to 25000 K"),
+            ("D260", "from 4000 to 25000 K"),
+            ("D5", "such as D55"),
+            ("D", "such as D55"),
+            ("D+55", "such as D55"),
+            ("D5.5", "such as D55"),
+            ("D100000", "such as D55"),
+            ("G55", "such as D55"),
+        ] {
+            let message = LightSpectrum::illuminant(name).expect_err(name).to_string();
+            assert!(message.contains(words), "{name}: {message}");
         }
     }
 }

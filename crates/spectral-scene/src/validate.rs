@@ -11,6 +11,11 @@ const UNIT_TOLERANCE: f64 = 2e-3;
 const MAX_COORDINATE_M: f64 = 1e9;
 const REACH: &str = "finite and within 1e9 m of the origin";
 
+/// No light is stronger, lux or candela, in intensity, colour or their product: the Sun has 3e27 cd, and lit from a
+/// millimetre or focused a hundredfold this still fits into f32.
+const MAX_INTENSITY: f64 = 1e30;
+const STRENGTH: &str = "from 0 to 1e30 lux or candela";
+
 /// What [`Scene::validate`] counted on its way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct SceneCounts {
@@ -66,7 +71,8 @@ pub enum SceneError {
 
 impl Scene {
     /// Checks everything that consumers rely on: indices in range, lists of equal length, finite numbers, unit
-    /// normals and directions, invertible transforms, places within 1e9 m of the origin, factors between 0 and 1.
+    /// normals and directions, invertible transforms, places within 1e9 m of the origin, factors between 0 and 1,
+    /// lights of at most 1e30 lux or candela.
     /// Empty scenes are valid; open meshes and triangles without area are too.
     ///
     /// # Errors
@@ -177,13 +183,14 @@ impl Scene {
     fn validate_light(&self, i: usize) -> Result<(), SceneError> {
         let light = &self.lights[i];
         let at = |field: &str| format!("lights[{i}].{field}");
-        for value in light.color.into_iter().chain([light.intensity]) {
-            require(
-                value >= 0.0 && value.is_finite(),
-                at("color or intensity"),
-                value,
-                "at least 0 and finite",
-            )?;
+        let strength = |field: &str, value: f64| {
+            let at = format!("lights[{i}].{field} of `{}`", light.name);
+            require((0.0..=MAX_INTENSITY).contains(&value), at, value, STRENGTH)
+        };
+        strength("intensity", light.intensity)?;
+        for c in light.color {
+            strength("color", c)?;
+            strength("intensity x color", light.intensity * c)?;
         }
         let (position, direction, range) = match light.shape {
             LightShape::Directional { direction } => (None, Some(direction), None),

@@ -162,6 +162,10 @@ fn wrong_lights_are_refused() {
     let cases = [
         (json!({"type": "area"}), "area"),
         (json!({"type": "point", "intensity": -1}), "intensity"),
+        (json!({"type": "point", "intensity": 1.1e30, "name": "flash"}), "lights[0].intensity of `flash`"),
+        (json!({"type": "point", "color": [1e20, 1, 1], "intensity": 1e11}), "intensity x color"),
+        (json!({"type": "point", "color": [1, 1, 1e31], "intensity": 0}), "lights[0].color"),
+        (json!({"type": "point", "intensity": 1e31}), "from 0 to 1e30 lux or candela"),
         (json!({"type": "spot", "spot": {"innerConeAngle": 0.5, "outerConeAngle": 0.4}}), "inner < outer"),
         (json!({"type": "point", "extras": {"spectral": {"illuminant": "FL99"}}}), "FL99"),
         (json!({"type": "point", "extras": {"spectral": {"line_nm": 1000}}}), "380 to 780"),

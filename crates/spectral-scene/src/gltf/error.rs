@@ -16,6 +16,12 @@ pub enum LoadError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// A folder, a device or a pipe.
+    #[error("{} is not a regular file; a scene is a .gltf or .glb file", path.display())]
+    NotAFile {
+        /// Its path.
+        path: PathBuf,
+    },
     /// The bytes end too early or are not glTF at all.
     #[error("not a glTF file: {0}")]
     Container(String),

@@ -23,7 +23,12 @@ const MAX_PLACED_TRIANGLES: usize = 1 << 28;
 /// [`LoadError`] says what is wrong, where, and what would be right.
 pub fn load(path: impl AsRef<Path>) -> Result<(Scene, Vec<Warning>), LoadError> {
     let path = path.as_ref();
-    let bytes = std::fs::read(path).map_err(|source| LoadError::Io { path: path.into(), source })?;
+    let io = |source| LoadError::Io { path: path.into(), source };
+    // Looked at before it is opened: a pipe would keep us waiting, a device might never end.
+    if !std::fs::metadata(path).map_err(io)?.is_file() {
+        return Err(LoadError::NotAFile { path: path.into() });
+    }
+    let bytes = std::fs::read(path).map_err(io)?;
     let name = path.file_stem().unwrap_or_default().to_string_lossy();
     load_from(&bytes, &name, Some(path.parent().unwrap_or(Path::new(""))))
 }
