@@ -24,7 +24,8 @@ pub enum Effort {
     /// So many photons (paths of one wavelength), rounded up to what the lights can be given evenly.
     Photons(u64),
     /// Until the standard error of Y at 64 x 64 is below this share of the signal's RMS, in the refracted layer and in
-    /// the sum of all layers. The number of photons grows towards what the error so far calls for.
+    /// the sum of the direct and the refracted one. The reflected layer gets its share of the photons afterwards, and
+    /// its error, alone and within the total, is stated apart in [`StandardError`]. The number of photons grows towards what the error so far calls for.
     Noise {
         /// Such as 0.0014.
         relative: f64,

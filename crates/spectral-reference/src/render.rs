@@ -30,7 +30,7 @@ pub struct RenderSettings {
     pub samples_per_pixel: u32,
     /// Photons for the light that reaches opaque surfaces by way of glass.
     pub photons: u64,
-    /// Texels of each such surface.
+    /// About how many texels each such surface gets, as columns times rows.
     pub bake_size: [u32; 2],
     /// The same seed gives the same bits on any number of threads.
     pub seed: u64,
@@ -90,8 +90,9 @@ pub struct Picture {
 ///
 /// Eye rays split at glass like light does, with the same limits but a coarser cutoff, so glass shows reflections and refractions of
 /// everything behind it at every wavelength. Opaque surfaces are Lambertian: base colour upsampled, times direct
-/// light by shadow rays, plus, on the front of meshes with UVs, light that came by way of glass, from photon maps of
-/// `bake_size` texels in 20 bands of wavelengths, interpolated bilinearly. Metals are taken as matte. Light is not
+/// light by shadow rays, plus, on their front, light that came by way of glass, from photon maps of
+/// `bake_size` texels in 20 bands of wavelengths, interpolated bilinearly. A map lies on the mesh's UVs where those give
+/// every point a place of its own, else on a chart per triangle. Metals are taken as matte. Light is not
 /// reflected from one opaque surface to another, and lights themselves are not seen.
 ///
 /// # Errors
@@ -117,9 +118,10 @@ fn rendered(
     let world = World::new(scene);
     let lamps: Vec<Lamp> =
         scene.lights.iter().map(|l| Lamp::new(l, settings.observer, settings.step_nm, &world)).collect();
-    let mut maps = LightMaps::new(scene, &world, &lamps, settings.bake_size);
     let limits = Limits::of_light(settings.bounces);
     let shooter = Shooter::new(&world, &lamps, Bundle::all(scene, &world, &lamps), limits, settings.seed);
+    let map_size = (!shooter.is_idle()).then_some(settings.bake_size);
+    let mut maps = LightMaps::new(scene, &world, &lamps, map_size);
     let mut tally = Tally::new(settings.bounces);
     let mut units = 0;
     if !shooter.is_idle() {

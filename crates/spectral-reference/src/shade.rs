@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use glam::{DVec2, DVec3};
+use glam::DVec3;
 use spectral_core::upsample::SmoothSpectrum;
 use spectral_scene::Scene;
 
@@ -12,7 +12,7 @@ use crate::shoot::Film;
 use crate::texels::Texels;
 use crate::trace::{Landing, Layer, Sink};
 use crate::tree::Pending;
-use crate::world::World;
+use crate::world::{Hit, World};
 
 /// Bands of a lamp's spectrum that maps keep apart, each with the same share of the wavelength samples.
 const BANDS: usize = 20;
@@ -20,11 +20,11 @@ const BANDS: usize = 20;
 /// An opaque object as the eye sees it.
 struct Matte {
     reflectance: SmoothSpectrum,
-    /// `None` without UVs: lit by direct light only.
+    /// `None` for glass, and where no light comes from glass.
     texels: Option<Texels>,
 }
 
-/// Light from glass on every opaque object with UVs, by lamp and band.
+/// Light from glass on every opaque object, by lamp and band.
 ///
 /// A texel holds, per band, the illuminance in lux that the lamp would give if all of its spectrum fared like the
 /// band. So an eye ray's wavelength takes what its own band got, and coloured walls, absorption and dispersion seen
@@ -43,7 +43,7 @@ pub(crate) struct BandDeposit {
     lamp: u32,
     object: u32,
     /// Texel times bands plus band.
-    at: u32,
+    at: u64,
     flux: f64,
 }
 
@@ -54,12 +54,14 @@ pub(crate) struct BandSink<'a> {
 }
 
 impl<'a> LightMaps<'a> {
-    pub(crate) fn new(scene: &Scene, world: &'a World, lamps: &[Lamp], size: [u32; 2]) -> Self {
-        let receivers: Vec<usize> = scene.receivers().collect();
+    /// `size` is about how many texels each object gets; `None` if no light will come from glass.
+    pub(crate) fn new(scene: &Scene, world: &'a World, lamps: &[Lamp], size: Option<[u32; 2]>) -> Self {
         let mattes = (0..scene.objects.len())
             .map(|object| Matte {
                 reflectance: SmoothSpectrum::reflectance(scene.material_of(object).base_color),
-                texels: receivers.contains(&object).then(|| Texels::new(scene, world, object, size)),
+                texels: size
+                    .filter(|_| world.media[object].is_none())
+                    .map(|size| Texels::of_surface(scene, world, object, size)),
             })
             .collect();
         // Where glass treats all wavelengths alike one band is enough.
@@ -88,19 +90,19 @@ impl<'a> LightMaps<'a> {
         }
     }
 
-    /// Texels and weights around a point of a map; texels without surface are left out.
-    fn taps(texels: &Texels, position: DVec2) -> [(usize, f64); 4] {
-        let (width, height) = (f64::from(texels.width), f64::from(texels.height));
+    /// Texels and weights around a hit, by distance and by how much surface a texel has: at an edge most of a texel
+    /// may lie outside, and what little lands on it says little.
+    fn taps(texels: &Texels, world: &World, hit: &Hit) -> [(usize, f64); 4] {
+        let position = texels.texel_position(world, hit);
+        let grid = texels.grid(world, hit.triangle as usize);
         let corner = (position - 0.5).floor();
         let part = position - 0.5 - corner;
         let mut taps = [(0, 0.0); 4];
         for (k, tap) in taps.iter_mut().enumerate() {
             let (dx, dy) = ((k & 1) as f64, (k >> 1) as f64);
-            let i = (corner.x + dx).clamp(0.0, width - 1.0) as usize;
-            let j = (corner.y + dy).clamp(0.0, height - 1.0) as usize;
-            let texel = j * texels.width as usize + i;
+            let texel = grid.texel(corner.x + dx, corner.y + dy) as usize;
             let weight = (1.0 - (part.x - dx).abs()) * (1.0 - (part.y - dy).abs());
-            *tap = (texel, if texels.areas[texel] > 0.0 { weight } else { 0.0 });
+            *tap = (texel, weight * texels.areas[texel]);
         }
         let total: f64 = taps.iter().map(|t| t.1).sum();
         if total > 0.0 {
@@ -153,7 +155,7 @@ impl Sink for BandSink<'_> {
             self.deposits.push(BandDeposit {
                 lamp: self.lamp as u32,
                 object,
-                at: texel * bands as u32 + maps.band(self.lamp, lane.quantile) as u32,
+                at: u64::from(texel) * bands as u64 + maps.band(self.lamp, lane.quantile) as u64,
                 flux: landing.flux * power / landing.lanes_of_path as f64,
             });
         }
@@ -195,7 +197,7 @@ impl Sink for EyeSink<'_> {
         let triangle = landing.hit.triangle;
         let direct = direct::illuminance(world, self.lamp, point, seen, triangle, &mut self.pending);
         let texels = matte.texels.as_ref().filter(|_| landing.hit.front);
-        let taps = texels.map(|t| LightMaps::taps(t, t.texel_position(world, landing.hit)));
+        let taps = texels.map(|t| LightMaps::taps(t, world, landing.hit));
         for (lane, power) in landing.lanes.iter().zip(landing.powers) {
             let through = taps.map_or(0.0, |taps| self.by_way_of_glass(&taps, object, lane.quantile));
             // Radiance over n^2 is what stays the same along a ray (Nicodemus 1963); the eye is in vacuum.

@@ -5,6 +5,9 @@
 //! receiver's triangles clipped to it, so any layout works, distorted, partial or overlapping; where several
 //! triangles share a texel it holds their mean. What lies outside the unit square, or on triangles that have no area
 //! in the UV plane, is not in the map.
+//!
+//! Pictures need a place for every point of a surface. A mesh whose UVs give none, or one place to several points,
+//! gets a chart per triangle instead ([`Texels::of_surface`]): a grid of texels that lies flat in the triangle.
 
 use glam::{DVec2, DVec3};
 use spectral_scene::Scene;
@@ -27,55 +30,113 @@ pub(crate) struct Texels {
     pub(crate) width: u32,
     pub(crate) height: u32,
     object: u32,
-    /// UVs of the mesh's vertices.
-    uvs: Vec<DVec2>,
-    /// Vertices of the world's triangles, by the mesh's triangle.
-    vertices: Vec<[u32; 3]>,
+    layout: Layout,
     /// World area of each texel, m^2; 0 where the mesh has no surface.
     pub(crate) areas: Vec<f64>,
     /// Sorted by texel.
     pub(crate) patches: Vec<Patch>,
 }
 
+/// Where the corners of triangles lie among the texels.
+#[derive(Clone, Debug)]
+enum Layout {
+    /// One grid for all, by UVs.
+    Uvs {
+        /// UVs of the mesh's vertices.
+        uvs: Vec<DVec2>,
+        /// Vertices of the mesh's triangles.
+        vertices: Vec<[u32; 3]>,
+    },
+    /// A grid each, by the mesh's triangle.
+    Charts(Vec<Chart>),
+}
+
+/// The texels of one triangle, row by row.
+#[derive(Clone, Copy, Debug, Default)]
+struct Chart {
+    grid: Grid,
+    /// In texels from the grid's corner.
+    corners: [DVec2; 3],
+}
+
+/// A rectangle of texels that follow each other row by row.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Grid {
+    /// The first texel.
+    first: u32,
+    width: u32,
+    height: u32,
+}
+
+impl Grid {
+    fn size(self) -> DVec2 {
+        DVec2::new(f64::from(self.width), f64::from(self.height))
+    }
+
+    /// The texel in this column and row, or the nearest one that there is.
+    pub(crate) fn texel(self, column: f64, row: f64) -> u32 {
+        let within = |at: f64, count: u32| (at.max(0.0) as u32).min(count - 1);
+        self.first + within(row, self.height) * self.width + within(column, self.width)
+    }
+}
+
 impl Texels {
     /// The texels of an object that has UVs.
     pub(crate) fn new(scene: &Scene, world: &World, object: usize, [width, height]: [u32; 2]) -> Self {
         let mesh = &scene.meshes[scene.objects[object].mesh];
+        let layout = Layout::Uvs {
+            uvs: mesh.uvs.iter().map(|uv| DVec2::from(uv.map(f64::from))).collect(),
+            vertices: mesh.triangles.clone(),
+        };
+        Self::laid_out(world, object, [width, height], layout)
+    }
+
+    /// Texels for every point of an object: by its UVs where they keep all points apart, else a chart per triangle.
+    /// Either way a texel has about the area that it would have if the object filled `size` texels evenly.
+    pub(crate) fn of_surface(scene: &Scene, world: &World, object: usize, size: [u32; 2]) -> Self {
+        let mesh = &scene.meshes[scene.objects[object].mesh];
+        if !mesh.uvs.is_empty() {
+            let texels = Self::new(scene, world, object, size);
+            if texels.keeps_points_apart(world) {
+                return texels;
+            }
+        }
+        let (charts, count) = charts(world, object as u32, mesh.triangles.len(), size);
+        Self::laid_out(world, object, [count, 1], Layout::Charts(charts))
+    }
+
+    fn laid_out(world: &World, object: usize, [width, height]: [u32; 2], layout: Layout) -> Self {
         let mut texels = Self {
             width,
             height,
             object: object as u32,
-            uvs: mesh.uvs.iter().map(|uv| DVec2::from(uv.map(f64::from))).collect(),
-            vertices: mesh.triangles.clone(),
+            layout,
             areas: vec![0.0; width as usize * height as usize],
             patches: Vec::new(),
         };
-        for triangle in 0..world.faces.len() {
-            if world.faces[triangle].object == texels.object {
-                texels.add(world, triangle);
-            }
+        for triangle in triangles_of(world, texels.object) {
+            texels.add(world, triangle);
         }
         texels.patches.sort_by_key(|p| (p.texel, p.triangle));
         texels
     }
 
     fn add(&mut self, world: &World, triangle: usize) {
-        let uv = self.corner_uvs(world, triangle).map(|p| p * self.size());
-        let [a, b, c] = world.corners[triangle];
-        let uv_area = 0.5 * (uv[1] - uv[0]).perp_dot(uv[2] - uv[0]).abs();
-        let world_area = 0.5 * (b - a).cross(c - a).length();
+        let uv = self.corners(world, triangle);
+        let grid = self.grid(world, triangle);
+        let (uv_area, world_area) = (triangle_area(&uv), world_area(world, triangle));
         if uv_area == 0.0 || !uv_area.is_finite() {
             return;
         }
         let lo = uv[0].min(uv[1]).min(uv[2]).max(DVec2::ZERO);
-        let hi = uv[0].max(uv[1]).max(uv[2]).min(self.size());
+        let hi = uv[0].max(uv[1]).max(uv[2]).min(grid.size());
         let first = lo.floor();
         for j in first.y as u32..hi.y.ceil().max(0.0) as u32 {
             for i in first.x as u32..hi.x.ceil().max(0.0) as u32 {
                 let polygon = clipped(&uv, i, j);
                 let area = polygon_area(&polygon) / uv_area * world_area;
                 if area > 0.0 {
-                    let texel = j * self.width + i;
+                    let texel = grid.first + j * grid.width + i;
                     self.areas[texel as usize] += area;
                     self.patches.push(Patch { texel, triangle: triangle as u32, area });
                 }
@@ -83,12 +144,44 @@ impl Texels {
         }
     }
 
-    fn size(&self) -> DVec2 {
-        DVec2::new(f64::from(self.width), f64::from(self.height))
+    /// No point lies outside the map, and no two share a place on it.
+    fn keeps_points_apart(&self, world: &World) -> bool {
+        let slack = 1e-6;
+        let inside = |p: &DVec2| {
+            let size = DVec2::new(f64::from(self.width), f64::from(self.height));
+            p.cmpge(DVec2::splat(-slack)).all() && p.cmple(size + slack).all()
+        };
+        let on_the_map = |triangle| {
+            let corners = self.corners(world, triangle);
+            triangle_area(&corners) > 0.0 && corners.iter().all(inside)
+        };
+        let mut covered = vec![0.0; self.areas.len()];
+        for patch in &self.patches {
+            let triangle = patch.triangle as usize;
+            covered[patch.texel as usize] +=
+                patch.area * triangle_area(&self.corners(world, triangle)) / world_area(world, triangle);
+        }
+        triangles_of(world, self.object).all(on_the_map) && covered.iter().all(|&share| share <= 1.0 + slack)
     }
 
-    fn corner_uvs(&self, world: &World, triangle: usize) -> [DVec2; 3] {
-        self.vertices[world.faces[triangle].index as usize].map(|v| self.uvs[v as usize])
+    /// The texels among which a triangle lies.
+    pub(crate) fn grid(&self, world: &World, triangle: usize) -> Grid {
+        match &self.layout {
+            Layout::Uvs { .. } => Grid { first: 0, width: self.width, height: self.height },
+            Layout::Charts(charts) => charts[world.faces[triangle].index as usize].grid,
+        }
+    }
+
+    /// A triangle's corners in texels from its grid's corner.
+    fn corners(&self, world: &World, triangle: usize) -> [DVec2; 3] {
+        let index = world.faces[triangle].index as usize;
+        match &self.layout {
+            Layout::Uvs { uvs, vertices } => {
+                let size = DVec2::new(f64::from(self.width), f64::from(self.height));
+                vertices[index].map(|v| uvs[v as usize] * size)
+            }
+            Layout::Charts(charts) => charts[index].corners,
+        }
     }
 
     /// The texel of a hit; `None` if it is on another object, on the back, or not in the map.
@@ -96,21 +189,23 @@ impl Texels {
         if !hit.front || hit.triangle == NONE || world.faces[hit.triangle as usize].object != self.object {
             return None;
         }
-        let uv = self.texel_position(world, hit);
-        let size = self.size();
-        if !(uv.x >= 0.0 && uv.y >= 0.0 && uv.x <= size.x && uv.y <= size.y) {
+        let position = self.texel_position(world, hit);
+        let grid = self.grid(world, hit.triangle as usize);
+        let size = grid.size();
+        let inside = position.cmpge(DVec2::ZERO).all() && position.cmple(size).all();
+        // On a chart only rounding can lead outside.
+        if !inside && matches!(self.layout, Layout::Uvs { .. }) {
             return None;
         }
-        let (i, j) = ((uv.x as u32).min(self.width - 1), (uv.y as u32).min(self.height - 1));
-        let texel = j * self.width + i;
+        let texel = grid.texel(position.x, position.y);
         // A sliver may round into a neighbour that holds none of it.
         (self.areas[texel as usize] > 0.0).then_some(texel)
     }
 
-    /// UV of a hit in units of texels.
+    /// Place of a hit in texels from its grid's corner.
     pub(crate) fn texel_position(&self, world: &World, hit: &Hit) -> DVec2 {
-        let [a, b, c] = self.corner_uvs(world, hit.triangle as usize);
-        (a * hit.barycentric.x + b * hit.barycentric.y + c * hit.barycentric.z) * self.size()
+        let [a, b, c] = self.corners(world, hit.triangle as usize);
+        a * hit.barycentric.x + b * hit.barycentric.y + c * hit.barycentric.z
     }
 
     /// World points spread evenly over a patch, one per pair of numbers in the unit square.
@@ -121,8 +216,10 @@ impl Texels {
         square: impl Iterator<Item = [f64; 2]> + 'a,
     ) -> impl Iterator<Item = DVec3> + 'a {
         let triangle = patch.triangle as usize;
-        let uv = self.corner_uvs(world, triangle).map(|p| p * self.size());
-        let polygon = clipped(&uv, patch.texel % self.width, patch.texel / self.width);
+        let uv = self.corners(world, triangle);
+        let grid = self.grid(world, triangle);
+        let at = patch.texel - grid.first;
+        let polygon = clipped(&uv, at % grid.width, at / grid.width);
         let total = polygon_area(&polygon);
         let corners = world.corners[triangle];
         square.map(move |[s, t]| {
@@ -130,6 +227,50 @@ impl Texels {
             barycentric_point(&uv, &corners, point)
         })
     }
+}
+
+fn triangles_of(world: &World, object: u32) -> impl Iterator<Item = usize> + '_ {
+    (0..world.faces.len()).filter(move |&triangle| world.faces[triangle].object == object)
+}
+
+fn triangle_area([a, b, c]: &[DVec2; 3]) -> f64 {
+    0.5 * (b - a).perp_dot(c - a).abs()
+}
+
+fn world_area(world: &World, triangle: usize) -> f64 {
+    let [a, b, c] = world.corners[triangle];
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// Charts of an object's triangles, by the mesh's triangle, and how many texels they have in all.
+///
+/// A texel is a square of the surface's area over the number of texels in `size`; a triangle lies with its longest
+/// edge along its chart's first row. Needles, which would take many texels each, get coarser ones along their edge.
+fn charts(world: &World, object: u32, triangles: usize, size: [u32; 2]) -> (Vec<Chart>, u32) {
+    let surface: f64 = triangles_of(world, object).map(|t| world_area(world, t)).sum();
+    let texel_m = (surface / (f64::from(size[0]) * f64::from(size[1]))).sqrt();
+    // A triangle as large as the surface fits: half a square has a diagonal of 1.41 sides.
+    let longest = 2.0 * f64::from(size[0].max(size[1]));
+    let mut charts = vec![Chart::default(); triangles];
+    let mut first = 0;
+    for triangle in triangles_of(world, object) {
+        let corners = world.corners[triangle];
+        let length = |k: usize| (corners[(k + 1) % 3] - corners[k]).length();
+        let k = (0..3).max_by(|&a, &b| length(a).total_cmp(&length(b))).expect("three edges");
+        let base_m = length(k);
+        let along = (corners[(k + 1) % 3] - corners[k]) / base_m;
+        let apex = corners[(k + 2) % 3] - corners[k];
+        let texels = |length_m: f64| (length_m / texel_m).clamp(f64::MIN_POSITIVE, longest);
+        let (base, height_m) = (texels(base_m), apex.cross(along).length());
+        let height = texels(height_m);
+        let mut placed = [DVec2::ZERO; 3];
+        placed[(k + 1) % 3] = DVec2::new(base, 0.0);
+        placed[(k + 2) % 3] = DVec2::new(base * (apex.dot(along) / base_m).clamp(0.0, 1.0), height);
+        let grid = Grid { first, width: base.ceil() as u32, height: height.ceil() as u32 };
+        first += grid.width * grid.height;
+        charts[world.faces[triangle].index as usize] = Chart { grid, corners: placed };
+    }
+    (charts, first)
 }
 
 /// The point over `point` of the UV plane.

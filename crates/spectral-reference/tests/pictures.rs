@@ -8,7 +8,7 @@ use glam::{DMat4, DVec3};
 use spectral_core::light::LightSpectrum;
 use spectral_core::rgb::xyz_from_linear_srgb;
 use spectral_reference::{Picture, ReferenceError, RenderSettings, render};
-use spectral_scene::{Attenuation, Camera, Material, Scene};
+use spectral_scene::{Attenuation, Camera, Material, Mesh, Scene};
 use stage::*;
 
 /// A camera at (x, 3, z) that looks straight down, +x to the right and -z up, at a square of half side 0.5 on y = 0.
@@ -163,4 +163,77 @@ fn a_scene_without_anything_is_black_and_without_a_camera_an_error() {
     let wrong = RenderSettings { samples_per_pixel: 0, ..request(1) };
     let error = render(&stage.0, &wrong, &|_| ()).unwrap_err();
     assert_eq!(error.to_string(), "samples_per_pixel is 0; it must be at least 1");
+}
+
+/// A lens's light on a floor and on a wall, with and without texture coordinates, and with ones that put everything
+/// in one place: the same picture, in the mean and in every pixel.
+#[test]
+fn caustics_need_no_texture_coordinates() {
+    let stage = |change: &dyn Fn(&mut Vec<[f32; 2]>)| {
+        let mut stage = Stage::new();
+        stage.floor([0.0, 0.0], 1.0, 0.0);
+        stage.add(sphere(16), glass(1.5), placed([0.1, 0.5, 0.0], [0.3; 3]));
+        stage.sun([0.3, -1.0, 0.1]);
+        stage.0.cameras.push(camera(0.15, 0.0));
+        change(&mut stage.0.meshes[0].uvs);
+        stage.0
+    };
+    let request = |seed| RenderSettings {
+        size: [16, 16],
+        samples_per_pixel: 64,
+        bake_size: [128, 128],
+        seed,
+        ..request(1_000_000)
+    };
+    let with = pictured(&stage(&|_| ()), &request(1));
+    let difference = |other: &Picture| {
+        let pairs = || with.xyz.iter().zip(&other.xyz).map(|(a, b)| [a[1], b[1]].map(f64::from));
+        let largest = pairs().map(|[a, b]| (a - b).abs()).fold(0.0, f64::max);
+        largest / pairs().map(|[a, _]| a).fold(0.0, f64::max)
+    };
+    // Direct light alone gives no pixel more than this.
+    let direct = 1.0 / PI;
+    assert!(with.xyz.iter().any(|xyz| f64::from(xyz[1]) > 2.0 * direct), "there is a caustic");
+    let again = pictured(&stage(&|_| ()), &request(2));
+    assert_close(average(&again, 1), average(&with, 1), 5e-3, "noise of the mean");
+    let changes: [&dyn Fn(&mut Vec<[f32; 2]>); 4] = [
+        &Vec::clear,
+        &|uvs| uvs.iter_mut().for_each(|uv| *uv = [0.5; 2]),
+        &|uvs| uvs.iter_mut().for_each(|uv| *uv = uv.map(|c| 3.0 * c)),
+        // Both halves of the floor in one place.
+        &|uvs| uvs[3] = uvs[1],
+    ];
+    for (k, change) in changes.into_iter().enumerate() {
+        let without = pictured(&stage(change), &request(1));
+        assert_close(average(&without, 1), average(&with, 1), 5e-3, &format!("mean of {k}"));
+        let (largest, noise) = (difference(&without), difference(&again));
+        // The same photons on other texels: nearer than other photons on the same.
+        assert!(largest < 0.03 && largest < noise, "{k}: {largest}, between seeds {noise}");
+    }
+}
+
+/// Facets far smaller and far longer than a texel keep all of their light.
+#[test]
+fn every_facet_of_a_mesh_without_texture_coordinates_is_lit() {
+    let strips = |count: u32| Mesh {
+        name: "strips".into(),
+        positions: (0..=count)
+            .flat_map(|i| {
+                let x = 2.0 * i as f32 / count as f32 - 1.0;
+                [[x, 0.0, -1.0], [x, 0.0, 1.0]]
+            })
+            .collect(),
+        triangles: (0..2 * count).step_by(2).flat_map(|a| [[a, a + 1, a + 3], [a, a + 3, a + 2]]).collect(),
+        ..Mesh::default()
+    };
+    let mean = |count| {
+        let mut stage = Stage::new();
+        stage.add(strips(count), matte(), DMat4::IDENTITY);
+        stage.add(cube(), glass(1.5), placed([0.0, 0.6, 0.0], [0.3, 0.1, 0.3]));
+        stage.sun([0.2, -1.0, 0.0]);
+        stage.0.cameras.push(camera(0.0, 0.0));
+        average(&pictured(&stage.0, &RenderSettings { bake_size: [128, 128], ..request(400_000) }), 1)
+    };
+    // Half of the light comes through the glass; texels of other shapes blur its edges differently.
+    assert_close(mean(3000), mean(1), 1e-2, "3000 strips");
 }
