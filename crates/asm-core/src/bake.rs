@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use spectral_scene::{IrradianceMaps, Scene};
 
 use crate::caustics::Caustics;
+use crate::decisions::Output;
 use crate::lights::{Purpose, Receivers};
 use crate::passes::receiver_bake::ReceiverBake;
 use crate::passes::uv_visibility::UvVisibility;
@@ -58,6 +59,7 @@ pub fn bake_plan(
         camera: None,
     };
     let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
+    caustics.decide(&Output::Bake { receiver: &receiver_name });
     let texels = u64::from(size[0]) * u64::from(size[1]);
     // Texels are means: as fine as the map, lest they miss what lies between. Fewer samples where the texture that holds them
     // would be too large.

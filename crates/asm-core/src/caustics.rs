@@ -11,7 +11,7 @@ use glam::DVec3;
 use spectral_scene::{Effects, Scene};
 
 use crate::bands::Glass;
-use crate::decisions::decisions;
+use crate::decisions::{Grounds, Output, decisions};
 use crate::emission::{EmissionView, QUEUE_ARGUMENTS_BYTES, Refinement};
 use crate::gaps::{GapMaps, Gaps};
 use crate::geometry::{Geometry, bounds};
@@ -50,6 +50,7 @@ pub(crate) struct Caustics<'a> {
     pub(crate) triangles: ResourceId,
     pub(crate) views: ResourceId,
     pub(crate) ledger: Option<ResourceId>,
+    effects: Effects,
     setups: Vec<LightSetup>,
     shared: Shared,
     refinement: Option<Rc<Refinement>>,
@@ -103,7 +104,6 @@ impl<'a> Caustics<'a> {
             if lights > 0 { Refinement::new(&mut resources, settings, lights)?.map(Rc::new) } else { None };
         let texels = map_texels(purpose, &setups);
         let gaps = Gaps::new(&mut resources, settings, &setups, texels)?.map(Rc::new);
-        resources.plan.decisions = decisions(scene, settings, &effects, &geometry, &setups);
         Ok(Self {
             scene,
             settings,
@@ -113,11 +113,24 @@ impl<'a> Caustics<'a> {
             triangles,
             views,
             ledger,
+            effects,
             setups,
             shared,
             refinement,
             gaps,
         })
+    }
+
+    /// Write down what is kept and left out, and why.
+    pub(crate) fn decide(&mut self, output: &Output<'_>) {
+        let grounds = Grounds {
+            scene: self.scene,
+            settings: self.settings,
+            effects: &self.effects,
+            geometry: &self.geometry,
+            setups: &self.setups,
+        };
+        self.resources.plan.decisions = decisions(&grounds, output);
     }
 
     /// Steps that come before any light's.

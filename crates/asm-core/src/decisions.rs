@@ -1,11 +1,66 @@
-//! Words for what a plan keeps and leaves out.
+//! Words for what a plan keeps and leaves out: one decision for each pass that its method could use.
 
 use frame_plan::Decision;
-use spectral_scene::{Effects, Scene};
+use spectral_scene::{Effect, Effects, Scene};
 
 use crate::geometry::Geometry;
 use crate::lights::LightSetup;
-use crate::{Emission, GapFilling, Interfaces, Method, Settings};
+use crate::{Emission, GapFilling, GlassView, Interfaces, Method, Settings};
+
+/// What a plan ends in.
+pub(crate) enum Output<'a> {
+    /// Irradiance on the object of this name.
+    Bake { receiver: &'a str },
+    /// A camera's picture.
+    Picture(CameraGlass),
+}
+
+/// What a camera does about glass.
+#[derive(Clone, Copy)]
+pub(crate) struct CameraGlass {
+    /// It draws glass.
+    pub(crate) drawn: bool,
+    /// It draws the backs of glass.
+    pub(crate) backs: bool,
+    /// Its rays are bent.
+    pub(crate) bends: bool,
+}
+
+/// What a plan is made from.
+pub(crate) struct Grounds<'a> {
+    pub(crate) scene: &'a Scene,
+    pub(crate) settings: &'a Settings,
+    pub(crate) effects: &'a Effects,
+    pub(crate) geometry: &'a Geometry,
+    pub(crate) setups: &'a [LightSetup],
+}
+
+/// What was kept and left out, in the order in which passes run.
+pub(crate) fn decisions(grounds: &Grounds<'_>, output: &Output<'_>) -> Vec<Decision> {
+    let mut decisions = Vec::new();
+    if let Output::Bake { receiver } = output {
+        decisions.push(grounds.shading("uv_visibility", format!("which part of `{receiver}` is where")));
+    }
+    decisions.push(grounds.visibility(output));
+    decisions.extend(grounds.emission());
+    decisions.push(grounds.photons("photon_trace", grounds.photon_notes()));
+    decisions.extend(grounds.gaps());
+    decisions.push(grounds.photons("map_resolve", Vec::new()));
+    match output {
+        Output::Bake { receiver } => {
+            let mut bake = grounds.shading("receiver_bake", format!("what lands on `{receiver}`"));
+            bake.notes = grounds.light_notes();
+            decisions.push(bake);
+        }
+        Output::Picture(camera) => {
+            let mut shade = grounds.shading("shade", "what the camera sees is lit".into());
+            shade.notes = grounds.light_notes();
+            decisions.push(shade);
+            decisions.push(grounds.deferred_refraction(*camera));
+        }
+    }
+    decisions
+}
 
 /// A method's name, as on the command line.
 fn method_name(method: Method) -> &'static str {
@@ -16,114 +71,212 @@ fn method_name(method: Method) -> &'static str {
     }
 }
 
-/// What was kept and left out.
-pub(crate) fn decisions(
-    scene: &Scene,
-    settings: &Settings,
-    effects: &Effects,
-    geometry: &Geometry,
-    setups: &[LightSetup],
-) -> Vec<Decision> {
-    let mut decisions = Vec::new();
-    let mut decide = |pass: &str, kept: bool, reason: String| {
-        decisions.push(Decision { pass: pass.into(), kept, reason });
-    };
-    let state = |on: bool| if on { "on" } else { "off" };
-    for (index, light) in scene.lights.iter().enumerate() {
-        let shines = setups.iter().any(|setup| setup.index == index);
-        if !shines {
-            let reason = match &settings.lights {
-                Some(chosen) if !chosen.contains(&index) => "not chosen",
-                _ => "gives no light",
-            };
-            decide("visibility", false, format!("light {index} `{}`: {reason}", light.name));
+fn decision(pass: &str, kept: bool, reason: String) -> Decision {
+    Decision { pass: pass.into(), kept, reason, notes: Vec::new() }
+}
+
+fn state(name: &str, effect: &Effect) -> String {
+    format!("{name}: {}, {}", if effect.on { "on" } else { "off" }, effect.reason)
+}
+
+/// An effect as the reason for a pass that is kept.
+fn kept_for(name: &str, effect: &Effect) -> String {
+    let state = state(name, effect);
+    if effect.on { state } else { format!("{state}; kept, since nothing is pruned") }
+}
+
+const DARK: &str = "no light shines";
+
+impl Grounds<'_> {
+    fn lit(&self) -> bool {
+        !self.setups.is_empty()
+    }
+
+    fn caustic(&self) -> bool {
+        self.setups.iter().any(|s| s.caustic)
+    }
+
+    /// Why there are photons, or why not.
+    fn photon_reason(&self) -> String {
+        let caustics = &self.effects.caustics;
+        match (self.caustic(), self.lit()) {
+            (true, _) => kept_for("caustics", caustics),
+            (false, false) => DARK.into(),
+            (false, true) if caustics.on => {
+                format!("{}, but no glass, or nothing behind it, has an area", state("caustics", caustics))
+            }
+            (false, true) => state("caustics", caustics),
         }
     }
-    for object in &geometry.turned {
-        let name = &scene.objects[*object].name;
-        decide(
-            "photon_trace",
-            true,
-            format!("`{name}` is closed and inside out: its faces are turned outwards"),
-        );
+
+    /// A pass that runs once per light wherever there are photons.
+    fn photons(&self, pass: &str, notes: Vec<String>) -> Decision {
+        Decision { notes, ..decision(pass, self.caustic(), self.photon_reason()) }
     }
-    for object in &geometry.open {
-        let name = &scene.objects[*object].name;
-        decide("photon_trace", true, format!("`{name}` has an open edge: light may land inside it"));
+
+    /// A pass that runs wherever there is light.
+    fn shading(&self, pass: &str, what: String) -> Decision {
+        decision(pass, self.lit(), if self.lit() { what } else { DARK.into() })
     }
-    if setups.iter().any(|setup| setup.caustic) {
-        let method = method_name(settings.method);
-        let (kept, reason) = match settings.emission() {
-            Emission::Grid => (false, format!("{method}: a photon per texel of the emission view")),
-            Emission::Adaptive { levels } => {
+
+    fn light_name(&self, index: usize) -> String {
+        format!("light {index} `{}`", self.scene.lights[index].name)
+    }
+
+    /// What each light does, those that do nothing included.
+    fn light_notes(&self) -> Vec<String> {
+        let note = |index: usize| {
+            let name = self.light_name(index);
+            match self.setups.iter().find(|setup| setup.index == index) {
+                Some(setup) if setup.caustic => format!("{name}: direct, and through glass"),
+                Some(_) => format!("{name}: direct"),
+                None => match &self.settings.lights {
+                    Some(chosen) if !chosen.contains(&index) => format!("{name}: not chosen"),
+                    _ => format!("{name}: gives no light"),
+                },
+            }
+        };
+        (0..self.scene.lights.len()).map(note).collect()
+    }
+
+    fn visibility(&self, output: &Output<'_>) -> Decision {
+        let effects = self.effects;
+        let shadows = self.setups.iter().any(|s| s.shadows);
+        let mut reasons = Vec::new();
+        if self.caustic() {
+            reasons.push(kept_for("caustics", &effects.caustics));
+        }
+        if shadows {
+            reasons.push(kept_for("shadows", &effects.shadows));
+        }
+        let mut notes = Vec::new();
+        if let (Output::Picture(camera), true) = (output, self.lit()) {
+            reasons.insert(0, "what the camera sees".into());
+            notes = self.camera_notes(*camera);
+        }
+        let kept = !reasons.is_empty();
+        if !kept {
+            reasons = if self.lit() {
+                vec![self.photon_reason(), state("shadows", &effects.shadows)]
+            } else {
+                vec![DARK.into()]
+            };
+        }
+        notes.extend(self.setups.iter().flat_map(|setup| self.view_notes(setup)));
+        Decision { notes, ..decision("visibility", kept, reasons.join("; ")) }
+    }
+
+    /// Which views of a light are drawn.
+    fn view_notes(&self, setup: &LightSetup) -> Vec<String> {
+        let name = self.light_name(setup.index);
+        if !setup.caustic {
+            return Vec::new();
+        }
+        let exit = match (setup.exits, self.settings.interfaces) {
+            (true, _) => "exit: drawn, light leaves glass by its back faces",
+            (false, Interfaces::One) => "exit: not drawn, one interface was asked for",
+            (false, Interfaces::Two) => "exit: not drawn, no face of glass points away from the light",
+        };
+        let landing = match (setup.shadows, setup.separate_direct) {
+            (true, true) => "shadow: drawn apart from landing, opaque surfaces stand before the glass",
+            (true, false) => "shadow: landing serves for it, no opaque surface stands before the glass",
+            (false, _) => "shadow: not drawn, there are none",
+        };
+        [exit, landing].map(|note| format!("{name}, {note}")).to_vec()
+    }
+
+    fn camera_notes(&self, camera: CameraGlass) -> Vec<String> {
+        let drawn = |kept: bool| if kept { "drawn" } else { "not drawn" };
+        let seen = state("deferred refraction", &self.effects.deferred_refraction);
+        let backs = match self.settings.glass_view() {
+            GlassView::Deferred => format!("where its rays leave glass, {seen}"),
+            GlassView::Straight => {
+                format!("thickness of glass, {}", state("absorption", &self.effects.absorption))
+            }
+        };
+        vec![
+            format!("camera, glass: {}, {seen}", drawn(camera.drawn)),
+            format!("camera, backs of glass: {}, {backs}", drawn(camera.backs)),
+        ]
+    }
+
+    fn emission(&self) -> [Decision; 2] {
+        let method = method_name(self.settings.method);
+        let (kept, reason) = match (self.caustic(), self.settings.emission()) {
+            (false, _) => (false, self.photon_reason()),
+            (true, Emission::Grid) => (false, format!("{method}: a photon per texel of the emission view")),
+            (true, Emission::Adaptive { levels }) => {
                 let cells = if levels == 1 { "level" } else { "levels" };
                 (true, format!("{method}: photons where {levels} {cells} of the emission view show glass"))
             }
         };
-        for pass in ["coverage_mip", "photon_refine"] {
-            decide(pass, kept, reason.clone());
-        }
+        ["coverage_mip", "photon_refine"].map(|pass| decision(pass, kept, reason.clone()))
     }
-    for setup in setups {
-        let light = format!("light {} `{}`", setup.index, setup.name);
-        let caustics = format!("{light}, caustics: {}, {}", state(setup.caustic), effects.caustics.reason);
-        for pass in ["photon_trace", "map_resolve"] {
-            decide(pass, setup.caustic, caustics.clone());
+
+    /// What was done to the glass, and the wavelengths of each light.
+    fn photon_notes(&self) -> Vec<String> {
+        if !self.caustic() {
+            return Vec::new();
         }
-        let shadows = format!("{light}, shadows: {}, {}", state(setup.shadows), effects.shadows.reason);
-        decide("visibility", setup.shadows, shadows);
-        if !setup.caustic {
-            continue;
-        }
-        let count = setup.bands.wavelengths_nm.len();
-        let why = if scene.lights[setup.index].spectrum.line_nm().is_some() {
-            "its spectrum is a line".to_owned()
+        let name = |object: &usize| &self.scene.objects[*object].name;
+        let turned = self
+            .geometry
+            .turned
+            .iter()
+            .map(|o| format!("`{}` is closed and inside out: its faces are turned outwards", name(o)));
+        let open = self
+            .geometry
+            .open
+            .iter()
+            .map(|o| format!("`{}` has an open edge: light may land inside it", name(o)));
+        let wavelengths = self.setups.iter().filter(|s| s.caustic).map(|setup| {
+            let why = if self.scene.lights[setup.index].spectrum.line_nm().is_some() {
+                "its spectrum is a line".to_owned()
+            } else {
+                let Effects { dispersion, absorption, .. } = self.effects;
+                format!("{}; {}", state("dispersion", dispersion), state("absorption", absorption))
+            };
+            let count = setup.bands.wavelengths_nm.len();
+            let s = if count == 1 { "" } else { "s" };
+            format!("{}, {count} wavelength{s}: {why}", self.light_name(setup.index))
+        });
+        turned.chain(open).chain(wavelengths).collect()
+    }
+
+    fn gaps(&self) -> [Decision; 2] {
+        let dispersion = &self.effects.dispersion;
+        let kept = self.setups.iter().any(|s| s.gaps);
+        let one = |setup: &LightSetup| setup.bands.wavelengths_nm.len() == 1;
+        let reason = if !self.caustic() {
+            self.photon_reason()
+        } else if self.settings.gap_filling() == GapFilling::None {
+            format!("{}: no gap filling was asked for", method_name(self.settings.method))
+        } else if kept {
+            format!("gaps between wavelengths: {}", kept_for("dispersion", dispersion))
+        } else if self.setups.iter().all(one) {
+            "one wavelength leaves no gaps between wavelengths".into()
         } else {
-            format!(
-                "dispersion: {}, {}; absorption: {}, {}",
-                state(effects.dispersion.on),
-                effects.dispersion.reason,
-                state(effects.absorption.on),
-                effects.absorption.reason
-            )
+            format!("gaps between wavelengths: {}", state("dispersion", dispersion))
         };
-        decide(
-            "photon_trace",
-            true,
-            format!("{light}, {count} wavelength{}: {why}", if count == 1 { "" } else { "s" }),
-        );
-        let gaps = match settings.gap_filling() {
-            GapFilling::None => format!("{light}: no gap filling was asked for"),
-            _ if count == 1 => format!("{light}: one wavelength leaves no gaps between wavelengths"),
-            _ => format!(
-                "{light}, gaps between wavelengths: dispersion: {}, {}",
-                state(effects.dispersion.on),
-                effects.dispersion.reason
-            ),
-        };
-        for pass in ["gap_mask", "gap_fill"] {
-            decide(pass, setup.gaps, gaps.clone());
-        }
-        decide(
-            "visibility",
-            setup.exits,
-            if setup.exits {
-                format!("{light}, exit: light leaves glass by its back faces")
-            } else if settings.interfaces == Interfaces::One {
-                format!("{light}, exit: one interface was asked for")
-            } else {
-                format!("{light}, exit: no face of glass points away from the light")
-            },
-        );
-        decide(
-            "visibility",
-            setup.separate_direct,
-            if setup.separate_direct {
-                format!("{light}, landing apart from shadow: opaque surfaces stand before the glass")
-            } else {
-                format!("{light}, landing serves for shadow: no opaque surface stands before the glass")
-            },
-        );
+        let without = self.setups.iter().filter(|s| kept && !s.gaps);
+        let notes: Vec<_> = without
+            .map(|s| format!("{}: not filled, one wavelength leaves no gaps", self.light_name(s.index)))
+            .collect();
+        ["gap_mask", "gap_fill"]
+            .map(|pass| Decision { notes: notes.clone(), ..decision(pass, kept, reason.clone()) })
     }
-    decisions
+
+    fn deferred_refraction(&self, camera: CameraGlass) -> Decision {
+        let seen = &self.effects.deferred_refraction;
+        let reason = if camera.bends {
+            kept_for("deferred refraction", seen)
+        } else if !self.lit() {
+            DARK.into()
+        } else if camera.drawn {
+            "glass tints what is straight behind it: bending the view was not asked for".into()
+        } else {
+            state("deferred refraction", seen)
+        };
+        decision("deferred_refraction", camera.bends, reason)
+    }
 }

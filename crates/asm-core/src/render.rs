@@ -1,6 +1,6 @@
 //! Plans that make a camera's picture.
 
-use frame_plan::{Bound, Decision, ExecuteError, Executor, Limits, Plan, ResourceId, Step, TextureFormat};
+use frame_plan::{Bound, ExecuteError, Executor, Limits, Plan, ResourceId, Step, TextureFormat};
 use glam::{DVec3, UVec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 use spectral_core::rgb::RgbSpace;
@@ -8,6 +8,7 @@ use spectral_scene::{Effects, Material, Scene};
 
 use crate::bake::{DEFAULT_MAP_SIZES, check_size};
 use crate::caustics::Caustics;
+use crate::decisions::{CameraGlass, Output};
 use crate::glass_view::{BACKGROUND_BYTES, CameraBuffers};
 use crate::lights::{Purpose, REACH, Receivers};
 use crate::passes::shade::{Shade, Surface};
@@ -85,7 +86,7 @@ pub fn render_plan(
     let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
     let bends = bends && caustics.lights() > 0;
     let thickness = glass && (bends || effects.absorption.on || !settings.prune);
-    decide(&mut caustics.resources.plan, &effects, (settings.glass_view(), bends), glass, thickness);
+    caustics.decide(&Output::Picture(CameraGlass { drawn: glass, backs: thickness, bends }));
 
     let remedy = "the picture's size";
     let nothing = caustics.resources.nothing();
@@ -174,46 +175,6 @@ pub fn render_plan(
         books.view_counts = Some(view.counts);
     }
     Ok(RenderPlan { plan: caustics.resources.plan, size, picture, books })
-}
-
-fn decide(
-    plan: &mut Plan,
-    effects: &Effects,
-    (glass_view, bends): (GlassView, bool),
-    glass: bool,
-    thickness: bool,
-) {
-    let mut decide = |pass: &str, kept, reason: String| {
-        plan.decisions.push(Decision { pass: pass.into(), kept, reason });
-    };
-    let state = |on: bool| if on { "on" } else { "off" };
-    let seen = &effects.deferred_refraction;
-    decide("visibility", glass, format!("camera, glass: {}, {}", state(seen.on), seen.reason));
-    let absorption = &effects.absorption;
-    decide(
-        "visibility",
-        thickness,
-        if glass_view == GlassView::Deferred {
-            format!("camera, backs of glass: where its rays leave glass: {}, {}", state(seen.on), seen.reason)
-        } else {
-            format!("camera, thickness of glass: absorption: {}, {}", state(absorption.on), absorption.reason)
-        },
-    );
-    match glass_view {
-        GlassView::Deferred => {
-            decide(
-                "deferred_refraction",
-                bends,
-                format!("camera, glass: {}, {}", state(seen.on), seen.reason),
-            );
-        }
-        GlassView::Straight if glass => {
-            let reason =
-                "glass tints what is straight behind it; bending the view is not part of caustics mapping";
-            decide("deferred_refraction", false, reason.into());
-        }
-        GlassView::Straight => {}
-    }
 }
 
 fn surface(material: &Material, metres_per_unit: f64) -> Surface {

@@ -15,7 +15,7 @@ pub struct Plan {
     pub params: Vec<Params>,
     /// What runs, in order. Executors put the barriers between steps.
     pub steps: Vec<Step>,
-    /// Which passes were kept and which were left out, and why.
+    /// Which passes were kept and which were left out, and why: one decision for each that the method could use.
     pub decisions: Vec<Decision>,
 }
 
@@ -43,6 +43,9 @@ pub struct Decision {
     pub kept: bool,
     /// In words a person reads: `dispersion: off, every material has dispersion 0`.
     pub reason: String,
+    /// What else is worth knowing about it, such as the views that it draws and does not.
+    #[serde(default)]
+    pub notes: Vec<String>,
 }
 
 /// A resource bound to a pass, in the order of [`crate::PassInfo::bindings`].

@@ -152,6 +152,9 @@ impl Display for Summary {
             writeln!(f, "  passes {title}")?;
             for decision in self.decisions.iter().filter(|d| d.kept == kept) {
                 writeln!(f, "    {}: {}", decision.pass, decision.reason)?;
+                for note in &decision.notes {
+                    writeln!(f, "      {note}")?;
+                }
             }
         }
         writeln!(f, "  steps")?;

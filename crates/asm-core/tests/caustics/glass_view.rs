@@ -185,14 +185,14 @@ fn pictures_without_glass_or_light_have_no_such_pass() {
         (plan.step_names().iter().any(|s| s.starts_with("deferred_refraction")), kept)
     };
     let (there, decision) = passes(&scene);
-    assert!(there && decision.kept && decision.reason.contains("camera, glass: on"), "{decision:?}");
+    assert!(there && decision.kept && decision.reason.contains("deferred refraction: on"), "{decision:?}");
     scene.lights[0].intensity = 0.0;
     assert!(!passes(&scene).0);
     scene.lights[0].intensity = 1.0;
     let glass = scene.refractors().next().unwrap();
     scene.objects.remove(glass);
     let (there, decision) = passes(&scene);
-    assert!(!there && !decision.kept && decision.reason.contains("camera, glass: off"), "{decision:?}");
+    assert!(!there && !decision.kept && decision.reason.contains("deferred refraction: off"), "{decision:?}");
 }
 
 #[test]

@@ -5,6 +5,7 @@
 mod adaptive;
 mod books;
 mod colour;
+mod decisions;
 mod gaps;
 mod glass_view;
 mod hard_cases;

@@ -76,8 +76,10 @@ fn every_bundled_scene_has_its_plan() {
 
 #[test]
 fn bundled_scenes_without_what_calls_for_a_pass_lose_it() {
-    let reasons =
-        |plan: &Plan| plan.decisions.iter().map(|d| d.reason.clone()).collect::<Vec<_>>().join("\n");
+    let reasons = |plan: &Plan| {
+        let of = |d: &frame_plan::Decision| format!("{}\n{}", d.reason, d.notes.join("\n"));
+        plan.decisions.iter().map(of).collect::<Vec<_>>().join("\n")
+    };
     let z_groups = |plan: &Plan| {
         plan.steps.iter().find_map(|step| match step {
             frame_plan::Step::Dispatch { pass, groups } if pass.pass == "photon_trace" => Some(groups[2]),

@@ -1,0 +1,92 @@
+//! One decision for each pass that a method could use, and none that the steps contradict.
+
+use std::collections::BTreeSet;
+
+use asm_core::{Method, Settings, bake_plan, render_plan};
+use frame_plan::{Limits, Plan};
+use spectral_scene::{BUNDLED, Scene, bundled};
+
+const METHODS: [Method; 3] = [Method::CausticsMap, Method::Acm, Method::Asm];
+
+/// Passes of every plan.
+const OF_BOTH: [&str; 7] =
+    ["visibility", "coverage_mip", "photon_refine", "photon_trace", "gap_mask", "gap_fill", "map_resolve"];
+
+fn plans(scene: &Scene, settings: &Settings) -> [(Plan, [&'static str; 2]); 2] {
+    let receiver = scene.receiver("receiver").unwrap();
+    let bake = bake_plan(scene, receiver, [16; 2], settings, &Limits::default()).unwrap().plan;
+    let picture = render_plan(scene, 0, [16; 2], settings, &Limits::default()).unwrap().plan;
+    [(bake, ["uv_visibility", "receiver_bake"]), (picture, ["shade", "deferred_refraction"])]
+}
+
+/// What is wrong with a plan's decisions.
+fn contradictions(plan: &Plan, own: [&str; 2]) -> Vec<String> {
+    let mut found = Vec::new();
+    let mut run = BTreeSet::new();
+    plan.for_each_pass(&mut |step| {
+        run.insert(step.pass.clone());
+    });
+    let decided: Vec<&str> = plan.decisions.iter().map(|d| d.pass.as_str()).collect();
+    let once: BTreeSet<&str> = decided.iter().copied().collect();
+    if once.len() != decided.len() || once != OF_BOTH.into_iter().chain(own).collect() {
+        found.push(format!("decided: {decided:?}"));
+    }
+    for decision in &plan.decisions {
+        if decision.kept != run.contains(&decision.pass) {
+            found.push(format!("not what the steps are: {decision:?}"));
+        }
+        if decision.reason.is_empty() || decision.notes.iter().any(String::is_empty) {
+            found.push(format!("no reason: {decision:?}"));
+        }
+    }
+    found.extend(run.iter().filter(|pass| !once.contains(pass.as_str())).map(|p| format!("undecided: {p}")));
+    found
+}
+
+fn assert_decided(what: &str, scene: &Scene) {
+    for method in METHODS {
+        for prune in [true, false] {
+            let settings = Settings { prune, emission_size: 64, map_size: Some(64), ..Settings::of(method) };
+            for (plan, own) in plans(scene, &settings) {
+                let found = contradictions(&plan, own);
+                assert!(found.is_empty(), "{what}, {method:?}, {}, pruned {prune}: {found:?}", plan.name);
+            }
+        }
+    }
+}
+
+#[test]
+fn every_pass_has_one_decision_and_the_steps_follow_it() {
+    for name in BUNDLED {
+        assert_decided(name, &bundled(name).unwrap());
+    }
+}
+
+#[test]
+fn scenes_without_light_glass_or_camera_glass_are_decided_too() {
+    let scene = bundled("sphere").unwrap();
+    let mut dark = scene.clone();
+    dark.lights[0].intensity = 0.0;
+    assert_decided("dark", &dark);
+    let mut bare = scene.clone();
+    bare.objects.remove(scene.refractors().next().unwrap());
+    assert_decided("bare", &bare);
+    let mut none = bare;
+    none.lights.clear();
+    assert_decided("no lights", &none);
+}
+
+#[test]
+fn a_contradiction_is_found() {
+    let [(plan, own), _] = plans(&bundled("sphere").unwrap(), &Settings::default());
+    assert!(contradictions(&plan, own).is_empty());
+    let mut twice = plan.clone();
+    twice.decisions.push(plan.decisions[0].clone());
+    assert!(!contradictions(&twice, own).is_empty());
+    let mut missing = plan.clone();
+    missing.decisions.retain(|d| d.pass != "photon_trace");
+    assert!(!contradictions(&missing, own).is_empty());
+    let mut lost = plan.clone();
+    lost.steps.pop();
+    assert!(!contradictions(&lost, own).is_empty());
+}
