@@ -1,4 +1,4 @@
-//! How far two irradiance maps are apart: the metrics of DESIGN.md, "Comparing".
+//! How far two irradiance maps are apart: the metrics of `docs/src/comparing.md`.
 //!
 //! exposure   1 / (99th percentile of the reference's Y): both maps are multiplied by it before Lab
 //! white      XYZ at Y = 1 of unblocked perpendicular light of the scene's lamps; Lab is relative to it,

@@ -23,6 +23,9 @@ pub enum Sabotage {
 /// Enough to displace every caustic by more than rounding, little enough to look right at a glance.
 const IOR_ERROR: f32 = 0.05;
 
+/// The pass whose light every fault is about.
+const PHOTONS: &str = "photon_trace";
+
 impl Sabotage {
     /// Every fault.
     pub const ALL: [Self; 3] = [Self::Ior, Self::Channel, Self::Pass];
@@ -36,10 +39,16 @@ impl Sabotage {
         }
     }
 
-    /// The plan with this fault. A plan without refractors stays as it is: it has none of these parts.
+    /// The plan with this fault. A plan without photons stays as it is: it has none of these parts, and whatever is left of
+    /// them in its buffers, no pass reads. Nor has glass of index 1 an index to be wrong about.
     #[must_use]
     pub fn spoil(self, plan: &BakePlan) -> BakePlan {
         let mut spoiled = plan.clone();
+        let mut photons = false;
+        plan.plan.for_each_pass(&mut |step| photons |= step.pass == PHOTONS);
+        if !photons {
+            return spoiled;
+        }
         let plan = &mut spoiled.plan;
         match self {
             Self::Ior => change::<Optics>(plan, "optics", |optics| {
@@ -49,9 +58,7 @@ impl Sabotage {
             }),
             Self::Channel => change::<Band>(plan, "bands", |band| band.weight[2] = 0),
             Self::Pass => plan.steps.retain(|step| match step {
-                Step::Dispatch { pass, .. } | Step::DispatchIndirect { pass, .. } => {
-                    pass.pass != "photon_trace"
-                }
+                Step::Dispatch { pass, .. } | Step::DispatchIndirect { pass, .. } => pass.pass != PHOTONS,
                 _ => true,
             }),
         }
@@ -67,5 +74,49 @@ fn change<T: bytemuck::Pod>(plan: &mut Plan, buffer: &str, change: impl Fn(&mut 
         let mut value: T = bytemuck::pod_read_unaligned(record);
         change(&mut value);
         record.copy_from_slice(bytemuck::bytes_of(&value));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use asm_core::{Settings, bake_plan};
+    use frame_plan::Limits;
+    use spectral_core::dispersion::Dispersion;
+    use spectral_scene::{Scene, bundled};
+
+    use super::*;
+
+    fn plan(scene: &Scene) -> BakePlan {
+        let settings = Settings { emission_size: 32, map_size: Some(32), ..Settings::default() };
+        let receiver = scene.receiver("receiver").expect("a receiver");
+        bake_plan(scene, receiver, [8; 2], &settings, &Limits::default()).expect("a plan")
+    }
+
+    #[test]
+    fn every_fault_is_in_the_plan_of_a_scene_with_glass() {
+        let plan = plan(&bundled("gem").expect("a bundled scene"));
+        for sabotage in Sabotage::ALL {
+            assert!(sabotage.spoil(&plan) != plan, "{sabotage:?}");
+        }
+    }
+
+    #[test]
+    fn what_no_pass_reads_is_left_alone() {
+        let mut scene = bundled("gem").expect("a bundled scene");
+        let glass = scene.refractors().next().expect("glass");
+        scene.objects.remove(glass);
+        let bare = plan(&scene);
+        for sabotage in Sabotage::ALL {
+            assert!(sabotage.spoil(&bare) == bare, "{sabotage:?}");
+        }
+    }
+
+    #[test]
+    fn glass_of_index_one_has_no_index_to_spoil() {
+        let mut scene = bundled("gem").expect("a bundled scene");
+        scene.materials.iter_mut().for_each(|m| m.dispersion = Dispersion::Constant { n: 1.0 });
+        let air = plan(&scene);
+        assert!(Sabotage::Ior.spoil(&air) == air);
+        assert!(Sabotage::Channel.spoil(&air) != air);
     }
 }

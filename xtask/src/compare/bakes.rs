@@ -1,5 +1,6 @@
 //! One scene: the oracle's bake, every executor's with every method, and what is asserted about them.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::{IsTerminal, Write};
 use std::rc::Rc;
 use std::sync::OnceLock;
@@ -10,7 +11,7 @@ use asm_core::{BakePlan, Settings};
 use frame_plan::{DeviceInfo, Limits};
 use spectral_reference::{Bake, BakeSettings, Effort as Photons};
 use spectral_scene::IrradianceMaps;
-use xtask::checks::{Bound, CONVEX, DIRECT, Expected, Snapping, is_within_noise, judge};
+use xtask::checks::{Bound, CONVEX, DIRECT, Expected, Judgement, Snapping, is_within_noise, judge};
 use xtask::executors;
 use xtask::layers::{Layer, size, total};
 use xtask::metrics::{Map, exposure};
@@ -18,7 +19,7 @@ use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
 use super::report::{Check, Control, PictureRow, Report, SceneEntry, Status, difference, shown};
-use super::{Contender, Effort, MethodName, controls};
+use super::{Contender, Effort, MethodName, controls, pictures};
 
 /// Name of the oracle in checks.
 pub(super) const ORACLE: &str = "oracle";
@@ -32,8 +33,11 @@ const DIRECT_SAMPLES: u32 = 16;
 /// Photons of the bake that tells how fast the oracle is on a scene.
 const PILOT_PHOTONS: u64 = 1 << 15;
 
-/// What a scene's oracle may take, seconds.
-const ORACLE_SECONDS: f64 = 20.0;
+/// What the oracle's photons may take, seconds a bake and a picture; the number is rounded down to a power of two, so three
+/// quarters of that on average: 12 s a scene. Three methods on three software executors, with controls and pictures, took 50 s of
+/// CPU on `sphere`, 25 s on two cores, so ten scenes are six to seven minutes of the nine that a cold build leaves of fifteen.
+const ORACLE_SECONDS: f64 = 10.0;
+const ORACLE_PICTURE_SECONDS: f64 = 6.0;
 
 /// What one executor, or the oracle, made of a scene.
 struct Baked<'a> {
@@ -43,13 +47,32 @@ struct Baked<'a> {
     device: Option<&'a DeviceInfo>,
 }
 
+/// What was asked about two maps; equal questions have equal answers. Methods share their direct light, and executors on one
+/// driver all they make.
+#[derive(PartialEq)]
+struct Question {
+    layer: Layer,
+    contents: [u64; 2],
+    bound: Option<Bound>,
+}
+
+/// What was found.
+struct Answer {
+    judgement: Judgement,
+    /// Each fault put into the first map, and whether it was found; none for a check that fails: it has shown that it can.
+    controls: Vec<(&'static str, bool)>,
+}
+
 /// A scene while it is compared.
 pub(super) struct Comparison<'a> {
     pub(super) subject: &'a Subject,
     pub(super) effort: &'a Effort,
     oracle: Option<Rc<Bake>>,
-    /// Photons that the oracle can afford here.
-    pub(super) oracle_photons: u64,
+    /// Photons that the oracle can afford for a picture here.
+    pub(super) picture_photons: u64,
+    answers: Vec<(Question, Rc<Answer>)>,
+    pub(super) picture_answers: Vec<Rc<pictures::Answer>>,
+    spoiled_plans: usize,
     pub(super) entry: SceneEntry,
     pub(super) checks: Vec<Check>,
     pub(super) controls: Vec<Control>,
@@ -64,12 +87,16 @@ pub(super) fn compare(
     contenders: &mut [Contender],
     report: &mut Report,
 ) {
+    let start = Instant::now();
     let entry = SceneEntry { name: subject.name.clone(), notes: Vec::new(), rows: Vec::new() };
     let mut comparison = Comparison {
         subject,
         effort,
         oracle: None,
-        oracle_photons: PILOT_PHOTONS,
+        picture_photons: PILOT_PHOTONS,
+        answers: Vec::new(),
+        picture_answers: Vec::new(),
+        spoiled_plans: 0,
         entry,
         checks: Vec::new(),
         controls: Vec::new(),
@@ -79,6 +106,8 @@ pub(super) fn compare(
         comparison.compare_method(method, sabotage, contenders);
     }
     comparison.compare_pictures(methods, contenders);
+    comparison.note(format!("all of it: {:.1} s", start.elapsed().as_secs_f64()));
+    report.spoiled_plans += comparison.spoiled_plans;
     report.scenes.push(comparison.entry);
     report.checks.extend(comparison.checks);
     report.controls.extend(comparison.controls);
@@ -104,12 +133,14 @@ impl Comparison<'_> {
             return self.fail("", ORACLE, error.to_string());
         }
         let seconds = prepared.get().map_or(0.0, |start| start.elapsed().as_secs_f64());
-        let affordable = PILOT_PHOTONS as f64 * ORACLE_SECONDS / seconds.max(1e-3);
-        // Powers of two, so that machines of about one speed do the same work.
-        let photons = 1 << (affordable.log2() as u32);
-        self.oracle_photons = photons.clamp(PILOT_PHOTONS, self.effort.oracle_photons);
+        let affordable = |budget: f64| {
+            let photons = PILOT_PHOTONS as f64 * budget / seconds.max(1e-3);
+            // Powers of two, so that machines of about one speed do the same work.
+            (1 << photons.log2() as u32).clamp(PILOT_PHOTONS, self.effort.oracle_photons)
+        };
+        self.picture_photons = affordable(ORACLE_PICTURE_SECONDS);
+        settings.effort = Photons::Photons(affordable(ORACLE_SECONDS));
         settings.size = self.effort.map_size;
-        settings.effort = Photons::Photons(self.oracle_photons);
         let start = Instant::now();
         let progress = percent_on_terminal("oracle");
         match spectral_reference::bake(scene, receiver, &settings, &progress) {
@@ -148,7 +179,11 @@ impl Comparison<'_> {
         let mut maps = Vec::new();
         for (i, contender) in contenders.iter_mut().enumerate() {
             let plan = match sabotage {
-                Some(sabotage) if spoiled == Some(i) => sabotage.spoil(&plan),
+                Some(sabotage) if spoiled == Some(i) => {
+                    let spoiled = sabotage.spoil(&plan);
+                    self.spoiled_plans += usize::from(spoiled != plan);
+                    spoiled
+                }
                 _ => plan.clone(),
             };
             if let Some(baked) = self.bake(&plan, contender, &name) {
@@ -216,15 +251,14 @@ impl Comparison<'_> {
                 continue;
             }
             let (map_a, map_b) = (layer.of(a.maps), layer.of(b.maps));
-            let (expected, bound) = (self.expected(layer), bound(layer));
-            let judgement = judge(&map_a, &map_b, expected, bound);
+            let answer = self.answer(layer, &map_a, &map_b, bound(layer));
+            let Answer { judgement, controls } = &*answer;
             let noise = self.oracle_error(layer).filter(|_| b.id == ORACLE);
             let distance = judgement.metrics.as_ref().map(|m| m.rms_64);
             let name = format!("{} {method} {}: {} against {}", self.subject.name, layer.name(), a.id, b.id);
-            // A check that fails has shown that it can.
-            if judgement.problems.is_empty() {
-                self.controls.extend(controls::with_spoiled_maps(&name, &map_a, &map_b, expected, bound));
-            }
+            let control =
+                |(fault, found): &(&str, bool)| Control { name: format!("{name}: {fault}"), failed: *found };
+            self.controls.extend(controls.iter().map(control));
             self.checks.push(Check {
                 scene: self.subject.name.clone(),
                 method: method.into(),
@@ -232,13 +266,31 @@ impl Comparison<'_> {
                 a: a.id,
                 b: b.id,
                 metrics: serde_json::to_value(&judgement.metrics).unwrap_or_default(),
-                bound: serde_json::to_value(bound).unwrap_or_default(),
+                bound: serde_json::to_value(bound(layer)).unwrap_or_default(),
                 oracle_standard_error: noise,
                 within_oracle_noise: distance.zip(noise).map(|(d, n)| is_within_noise(d, n)),
                 ok: judgement.problems.is_empty(),
-                problems: judgement.problems,
+                problems: judgement.problems.clone(),
             });
         }
+    }
+
+    /// The judgement of two maps with its controls, made where these contents were not judged before.
+    fn answer(&mut self, layer: Layer, a: &Map<'_>, b: &Map<'_>, bound: Option<Bound>) -> Rc<Answer> {
+        let question = Question { layer, contents: [a, b].map(|map| contents(map.xyz)), bound };
+        if let Some((_, answer)) = self.answers.iter().find(|(asked, _)| *asked == question) {
+            return answer.clone();
+        }
+        let expected = self.expected(layer);
+        let judgement = judge(a, b, expected, bound);
+        let controls = if judgement.problems.is_empty() {
+            controls::with_spoiled_maps(a, b, expected, bound)
+        } else {
+            Vec::new()
+        };
+        let answer = Rc::new(Answer { judgement, controls });
+        self.answers.push((question, answer.clone()));
+        answer
     }
 
     /// The oracle's standard error of Y at 64 x 64, relative as the distances are.
@@ -262,7 +314,15 @@ impl Comparison<'_> {
         let Some(contender) = contenders.iter_mut().find(|c| c.entry.id == good.id) else { return };
         for sabotage in Sabotage::ALL {
             let Some(executor) = contender.executor.as_deref_mut() else { return };
-            let failed = match executors::bake(&sabotage.spoil(plan), executor) {
+            let spoiled = sabotage.spoil(plan);
+            if spoiled == *plan {
+                self.note(format!(
+                    "{method}: no control with {}, the plan has no place for it",
+                    sabotage.description()
+                ));
+                continue;
+            }
+            let failed = match executors::bake(&spoiled, executor) {
                 Ok((maps, _)) => Layer::ALL.into_iter().any(|layer| {
                     let absent = layer.is_negligible(&maps) && layer.is_negligible(good.maps);
                     let (a, b) = (layer.of(&maps), layer.of(good.maps));
@@ -328,6 +388,13 @@ impl Comparison<'_> {
             problems: vec![problem],
         });
     }
+}
+
+/// A number that differs where any bit does.
+pub(super) fn contents(xyz: &[[f32; 3]]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    bytemuck::cast_slice::<_, u8>(xyz).hash(&mut hasher);
+    hasher.finish()
 }
 
 /// What may lie between two executors' bakes with default settings; none if one is the oracle's.

@@ -6,8 +6,6 @@
 use xtask::checks::{Bound, Expected, judge};
 use xtask::metrics::{BINS, Map, exposure};
 
-use super::report::Control;
-
 /// A fault put into a finished map.
 #[derive(Clone, Copy, Debug)]
 enum Fault {
@@ -70,18 +68,17 @@ impl Fault {
     }
 }
 
-/// Repeat the check of `a` against `b` with every fault that it must find in `a`.
+/// The check of `a` against `b`, repeated with every fault that it must find in `a`: the fault, and whether it was found.
 pub(crate) fn with_spoiled_maps(
-    check: &str,
     a: &Map<'_>,
     b: &Map<'_>,
     expected: Expected,
     bound: Option<Bound>,
-) -> Vec<Control> {
+) -> Vec<(&'static str, bool)> {
     let control = |fault: Fault| {
         let spoiled = fault.spoil(a);
         let judgement = judge(&Map { xyz: &spoiled, ..*a }, b, expected, bound);
-        Control { name: format!("{check}: {}", fault.words()), failed: !judgement.problems.is_empty() }
+        (fault.words(), !judgement.problems.is_empty())
     };
     Fault::for_check(b, expected, bound).into_iter().map(control).collect()
 }

@@ -116,6 +116,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     let mut report = Report {
         executors: Vec::new(),
         sabotage: args.sabotage,
+        spoiled_plans: 0,
         controls: Vec::new(),
         checks: Vec::new(),
         map_size: effort.map_size,

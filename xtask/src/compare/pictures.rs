@@ -1,5 +1,6 @@
 //! One scene through its camera: every executor's picture and the oracle's, by FLIP.
 
+use std::rc::Rc;
 use std::time::Instant;
 
 use asm_core::Settings;
@@ -12,9 +13,19 @@ use xtask::executors;
 use xtask::flip::{PIXELS_PER_DEGREE, Picture, flip};
 use xtask::metrics::{Map, exposure};
 
-use super::bakes::{Comparison, ORACLE, common_limits, percent_on_terminal};
+use super::bakes::{Comparison, ORACLE, common_limits, contents, percent_on_terminal};
 use super::report::{Check, Control, PictureRow, Png, Status, shown};
 use super::{Contender, MethodName};
+
+/// What was found about two pictures; equal contents under an equal bound are judged once.
+pub(super) struct Answer {
+    contents: [u64; 2],
+    bound: Option<f64>,
+    metrics: Value,
+    problems: Vec<String>,
+    /// Each fault put into the first picture, and whether it was found; none for a check that fails: it has shown that it can.
+    controls: Vec<(&'static str, bool)>,
+}
 
 /// A picture.
 #[derive(Clone)]
@@ -64,7 +75,7 @@ impl Comparison<'_> {
         let half = |seed| RenderSettings {
             size: self.effort.picture_size,
             samples_per_pixel: self.effort.oracle_samples.div_ceil(2),
-            photons: self.oracle_photons.div_ceil(2),
+            photons: self.picture_photons.div_ceil(2),
             seed,
             ..RenderSettings::default()
         };
@@ -117,32 +128,54 @@ impl Comparison<'_> {
     fn check_pictures(&mut self, method: &str, a: &Made, b: &Made, noise: Option<f64>) {
         let snapping = a.device.as_ref().zip(b.device.as_ref()).map(|(a, b)| Snapping::between(a, b));
         let bound = snapping.map(|snapping| snapping.parity_flip(self.effort.picture_size[0]));
-        let exposure = exposure(&self.map(b)).unwrap_or(1.0);
-        let (metrics, problems) = self.judge_pictures(&a.xyz, b, exposure, bound);
+        let answer = self.picture_answer(a, b, bound);
+        let Answer { metrics, problems, controls, .. } = &*answer;
         let name = format!("{} {method} camera: {} against {}", self.subject.name, a.id, b.id);
         let noise = noise.filter(|_| b.device.is_none());
         let distance = metrics["flip_mean"].as_f64();
-        // A check that fails has shown that it can.
-        if problems.is_empty() {
-            self.control_pictures(&name, a, b, exposure, bound);
-        }
+        let control =
+            |(fault, found): &(&str, bool)| Control { name: format!("{name}: {fault}"), failed: *found };
+        self.controls.extend(controls.iter().map(control));
         self.checks.push(Check {
             scene: self.subject.name.clone(),
             method: method.into(),
             layer: "camera",
             a: a.id,
             b: b.id,
-            metrics,
+            metrics: metrics.clone(),
             bound: bound.map_or(Value::Null, |b| json!({ "flip_mean": b })),
             oracle_standard_error: noise,
             within_oracle_noise: distance.zip(noise).map(|(d, n)| is_within_noise(d, n)),
             ok: problems.is_empty(),
-            problems,
+            problems: problems.clone(),
         });
     }
 
+    /// The judgement of two pictures with its controls, made where these contents were not judged before.
+    fn picture_answer(&mut self, a: &Made, b: &Made, bound: Option<f64>) -> Rc<Answer> {
+        let contents = [a, b].map(|made| contents(&made.xyz));
+        let before =
+            self.picture_answers.iter().find(|answer| (answer.contents, answer.bound) == (contents, bound));
+        if let Some(answer) = before {
+            return answer.clone();
+        }
+        let exposure = exposure(&self.map(b)).unwrap_or(1.0);
+        let (metrics, problems) = self.judge_pictures(&a.xyz, b, exposure, bound);
+        let controls =
+            if problems.is_empty() { self.picture_controls(a, b, exposure, bound) } else { Vec::new() };
+        let answer = Rc::new(Answer { contents, bound, metrics, problems, controls });
+        self.picture_answers.push(answer.clone());
+        answer
+    }
+
     /// The same comparison with `a` spoiled.
-    fn control_pictures(&mut self, check: &str, a: &Made, b: &Made, exposure: f64, bound: Option<f64>) {
+    fn picture_controls(
+        &self,
+        a: &Made,
+        b: &Made,
+        exposure: f64,
+        bound: Option<f64>,
+    ) -> Vec<(&'static str, bool)> {
         let mut not_finite = a.xyz.clone();
         not_finite[0][1] = f32::NAN;
         let mut spoiled = vec![("one NaN", not_finite)];
@@ -153,10 +186,10 @@ impl Comparison<'_> {
             dark[count * 2 / 5..count * 3 / 5].fill([0.0; 3]);
             spoiled.push(("a fifth of the rows dark", dark));
         }
-        for (fault, spoiled) in spoiled {
-            let (_, problems) = self.judge_pictures(&spoiled, b, exposure, bound);
-            self.controls.push(Control { name: format!("{check}: {fault}"), failed: !problems.is_empty() });
-        }
+        let found = |(fault, spoiled): (_, Vec<_>)| {
+            (fault, !self.judge_pictures(&spoiled, b, exposure, bound).1.is_empty())
+        };
+        spoiled.into_iter().map(found).collect()
     }
 
     fn judge_pictures(

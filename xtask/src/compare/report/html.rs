@@ -18,7 +18,7 @@ img { display: block; width: 256px; image-rendering: pixelated; background: #000
 img.wide { width: 320px; image-rendering: auto; } .note { opacity: .75; margin: .2rem 0; }
 ";
 
-/// The metrics as DESIGN.md defines them, for readers who have only the page.
+/// The metrics of `docs/src/comparing.md`, for readers who have only the page.
 const LEGEND: &str = "Irradiance on each scene's receiver, in its UV space, per layer. \
 ΔE is CIEDE2000 over texels above 0.5 % of the reference's (b's) 99th-percentile Y, at exposure 1 / that Y, Lab relative to \
 XYZ at Y = 1 of unblocked perpendicular light of the lamps. RMS is RMS(a - b) / RMS(b) of Y, also after binning to 64 × 64. \

@@ -22,6 +22,8 @@ pub(crate) struct Report {
     pub(crate) executors: Vec<ExecutorEntry>,
     /// What was spoiled on purpose.
     pub(crate) sabotage: Option<Sabotage>,
+    /// Plans that this changed; 0 without sabotage.
+    pub(crate) spoiled_plans: usize,
     /// Comparisons that must fail.
     pub(crate) controls: Vec<Control>,
     /// Comparisons that must hold.
@@ -142,7 +144,10 @@ impl Report {
         });
         let controls = self.controls.iter().filter(|c| !c.failed);
         let controls = controls.map(|c| format!("control `{}` should have failed and passed", c.name));
-        executors.chain(checks).chain(controls).collect()
+        let unspoiled = self.sabotage.filter(|_| self.spoiled_plans == 0);
+        let unspoiled =
+            unspoiled.map(|s| format!("nothing to spoil: no plan has a place for `{}`", s.description()));
+        executors.chain(checks).chain(controls).chain(unspoiled).collect()
     }
 
     /// Write `report.json` and `report.html` into `folder`, which exists; returns the latter's path.
@@ -173,4 +178,36 @@ fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     AtomicFile::new(path)
         .and_then(|file| file.write(|content| content.write_all(bytes)))
         .with_context(|| format!("cannot write {}", path.display()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn report(sabotage: Option<Sabotage>, spoiled_plans: usize) -> Report {
+        Report {
+            executors: Vec::new(),
+            controls: Vec::new(),
+            sabotage,
+            spoiled_plans,
+            checks: Vec::new(),
+            map_size: [1, 1],
+            scenes: Vec::new(),
+            seconds: 0.0,
+        }
+    }
+
+    #[test]
+    fn sabotage_that_spoils_nothing_is_a_failure_of_its_own() {
+        assert!(report(None, 0).failures(true).is_empty());
+        assert!(report(Some(Sabotage::Ior), 1).failures(true).is_empty());
+        let failures = report(Some(Sabotage::Ior), 0).failures(false);
+        assert!(failures.len() == 1 && failures[0].starts_with("nothing to spoil"), "{failures:?}");
+        let folder = std::env::temp_dir().join(format!("spectral-report-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).expect("a folder");
+        let page = report(Some(Sabotage::Ior), 0).write(&folder, false).expect("written");
+        let text = std::fs::read_to_string(page).expect("a page");
+        assert!(text.contains("nothing to spoil"), "{text}");
+        std::fs::remove_dir_all(&folder).expect("removed");
+    }
 }
