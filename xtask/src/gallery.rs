@@ -70,7 +70,7 @@ const CAPTIONS: [(&str, &str); 10] = [
         "A brilliant cut. As with the gem, two refractions in image space give a quarter of the caustic.",
     ),
     ("glass", "A drinking glass with walls of real thickness: four interfaces where image space knows two."),
-    ("organic", "A closed smooth shape of 138,902 faces."),
+    ("organic", "A closed smooth shape of 137,780 faces."),
     ("water", "One interface above a floor: nothing for image space to guess."),
     ("bunny-glass", "A file from other people's tools, on its own floor."),
 ];

@@ -7,8 +7,9 @@ use anyhow::{Context, Result};
 
 use crate::tool;
 
-/// A headless browser's package; only the driver in it is unpacked, and none of its scripts run.
-const PACKAGE: &str = "@sparticuz/chromium";
+/// A headless browser's package, in a version that is known to hold the driver; nothing else in it is unpacked, and none of its
+/// scripts run.
+const PACKAGE: &str = "@sparticuz/chromium@153.0.0";
 
 /// Where the driver is in the package: a tar archive under Brotli.
 const ARCHIVE: &str = "package/bin/swiftshader.tar.br";
