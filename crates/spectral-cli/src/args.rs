@@ -109,7 +109,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "METHOD", default_value = "caustics-map")]
     pub(crate) method: Method,
     /// Number of wavelengths [default: the method's].
-    #[arg(long, value_name = "N", value_parser = values::traced_wavelengths, allow_negative_numbers = true)]
+    #[arg(long, value_name = "N", value_parser = values::any_wavelengths, allow_negative_numbers = true)]
     pub(crate) wavelengths: Option<usize>,
     /// How light finds its way through glass: image-space or traced [default: what the method has].
     #[arg(long, value_name = "HOW")]
@@ -121,7 +121,7 @@ pub(crate) struct RunArgs {
     #[arg(long, value_name = "BACKEND", default_value = "auto")]
     pub(crate) backend: Backend,
     /// GPU adapter, by a part of its name; see `spectral devices`.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", value_parser = values::adapter)]
     pub(crate) adapter: Option<String>,
     /// CPU threads [default: one per core].
     #[arg(long, value_name = "N", value_parser = values::threads, allow_negative_numbers = true)]
@@ -129,7 +129,7 @@ pub(crate) struct RunArgs {
     /// Seed of the random numbers, for the methods that draw any.
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = values::seed, allow_negative_numbers = true)]
     pub(crate) seed: u64,
-    /// Photons to trace (reference only).
+    /// Photons to trace; few also mean fewer shadow rays per texel of a bake (reference only).
     #[arg(
         long,
         value_name = "P",

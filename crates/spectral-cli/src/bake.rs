@@ -58,6 +58,10 @@ fn receiver(scene: &Scene, name: Option<&str>) -> Result<usize, CliError> {
     };
     match (name, only()) {
         (None, Some(only)) => Ok(only),
+        (None, None) if scene.receivers().next().is_none() => Err(CliError::Failed(format!(
+            "{}: the scene has no opaque object with texture coordinates to bake onto",
+            scene.name
+        ))),
         (name, _) => scene.receiver(name.unwrap_or("receiver")).map_err(CliError::usage),
     }
 }

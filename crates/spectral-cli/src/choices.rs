@@ -21,7 +21,7 @@ pub(crate) enum Method {
 
 impl Method {
     /// All that are built.
-    const ALL: [Self; 4] = [Self::Reference, Self::CausticsMap, Self::Acm, Self::Asm];
+    pub(crate) const ALL: [Self; 4] = [Self::Reference, Self::CausticsMap, Self::Acm, Self::Asm];
 
     /// The method of plans; the reference has none.
     pub(crate) fn planned(self) -> Option<asm_core::Method> {

@@ -3,6 +3,7 @@
 use spectral_core::display::Display;
 use spectral_core::rgb::linear_srgb_from_xyz;
 
+use crate::error::CliError;
 use crate::values::{Exposure, Size};
 
 /// XYZ, Y in cd/m^2, row-major from the top left.
@@ -26,6 +27,19 @@ impl Picture {
             },
         };
         Display { exposure, ..Display::default() }
+    }
+
+    /// All values are numbers that a file can hold.
+    ///
+    /// # Errors
+    /// Says how many are not.
+    pub(crate) fn check(&self) -> Result<(), CliError> {
+        match self.xyz.iter().filter(|xyz| !xyz.iter().all(|v| v.is_finite())).count() {
+            0 => Ok(()),
+            wrong => Err(CliError::Failed(format!(
+                "{wrong} pixels are not finite, nothing is written: are the scene's lights too strong or too near?"
+            ))),
+        }
     }
 
     fn white_y(&self) -> f64 {
@@ -74,6 +88,15 @@ mod tests {
         assert_eq!(picture(&dark).display(Exposure::Auto).exposure, 1.0);
         dark[500] = 4.0;
         assert_eq!(picture(&dark).display(Exposure::Auto).exposure, 0.25);
+    }
+
+    #[test]
+    fn pictures_that_are_not_finite_are_refused() {
+        assert!(picture(&[0.0, 1e38]).check().is_ok());
+        for bad in [f32::INFINITY, f32::NAN] {
+            let message = picture(&[bad, 1.0, bad]).check().expect_err("refused").to_string();
+            assert!(message.contains("2 pixels"), "{message}");
+        }
     }
 
     #[test]

@@ -32,6 +32,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), CliError> {
         }
     };
 
+    picture.check()?;
     let display = picture.display(args.exposure);
     match format {
         ImageFormat::Exr => ExrImage::from_linear_srgb(picture.size, &picture.linear_srgb())

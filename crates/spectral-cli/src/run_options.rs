@@ -5,6 +5,8 @@ use asm_core::{Emission, Settings};
 use crate::args::{PlanOptions, RunArgs};
 use crate::choices::{Backend, Gaps, Glass, Method, Refraction, Rule};
 use crate::error::CliError;
+use crate::messages;
+use crate::values::MAX_TRACED_WAVELENGTHS;
 
 impl Method {
     /// The one way through glass that the method has.
@@ -14,22 +16,29 @@ impl Method {
             Self::CausticsMap | Self::Acm | Self::Asm => Refraction::ImageSpace,
         }
     }
+
+    /// Names of the methods that have this way through glass.
+    fn with(refraction: Refraction) -> Vec<&'static str> {
+        Self::ALL.into_iter().filter(|m| m.refraction() == refraction).map(Self::name).collect()
+    }
 }
 
 impl RunArgs {
     /// Hold the options against the method and each other.
     ///
     /// # Errors
-    /// A usage error that names the option and what would be right.
+    /// A usage error that names the option and what would be right; a failure for what this program cannot do yet.
     pub(crate) fn check(&self) -> Result<(), CliError> {
         let method = self.method.name();
         let refraction = self.method.refraction();
         if let Some(asked) = self.refraction.filter(|asked| *asked != refraction) {
-            return usage(format!(
-                "--refraction {} does not go with --method {method}, which has: {}",
+            return Err(CliError::Failed(format!(
+                "--refraction {} is not available for --method {method} yet, which has {}; {} goes with --method {}",
                 asked.name(),
-                refraction.name()
-            ));
+                refraction.name(),
+                asked.name(),
+                Method::with(asked).join(", ")
+            )));
         }
         if self.backend == Backend::Cpu
             && let Some(adapter) = &self.adapter
@@ -61,17 +70,24 @@ impl RunArgs {
 
     fn check_planned(&self) -> Result<(), CliError> {
         let method = self.method.name();
-        let stochastic = [("--photons", self.photons.is_some()), ("--noise", self.noise.is_some())];
-        if let Some((option, _)) = stochastic.iter().find(|(_, given)| *given) {
-            return usage(format!("{option} goes with --method reference only, and the method is {method}"));
+        if let Some(n) = self.wavelengths.filter(|&n| n > MAX_TRACED_WAVELENGTHS) {
+            return usage(format!(
+                "--wavelengths {n} is too many for --method {method}, which takes 1 to {MAX_TRACED_WAVELENGTHS}"
+            ));
         }
-        match self.bounces {
-            None | Some(0) => Ok(()),
-            Some(bounces) => usage(format!(
-                "--bounces {bounces} does not go with --method {method}, which follows no internal reflections: \
-                 0, or --method reference"
-            )),
+        for (option, given) in [("--photons", self.photons.is_some()), ("--noise", self.noise.is_some())] {
+            if given {
+                messages::warn(&format!(
+                    "{option} is not used: it is for --method reference, and the method is {method}"
+                ));
+            }
         }
+        if let Some(bounces) = self.bounces.filter(|&bounces| bounces > 0) {
+            messages::warn(&format!(
+                "--bounces {bounces} is not used: --method {method} follows no internal reflections"
+            ));
+        }
+        Ok(())
     }
 }
 

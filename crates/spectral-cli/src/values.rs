@@ -157,6 +157,25 @@ pub fn traced_wavelengths(text: &str) -> Result<usize, String> {
     whole_number(text, 1, MAX_TRACED_WAVELENGTHS as u64).map(|n| n as usize)
 }
 
+/// A number of wavelengths to trace light at, as many as a method may take: each has its own limits.
+///
+/// # Errors
+/// Says what would be right.
+pub fn any_wavelengths(text: &str) -> Result<usize, String> {
+    whole_number(text, 1, u64::from(u32::MAX)).map(|n| n as usize)
+}
+
+/// A part of an adapter's name, not blank: every name has an empty part.
+///
+/// # Errors
+/// Says what would be right.
+pub fn adapter(text: &str) -> Result<String, String> {
+    if text.trim().is_empty() {
+        return Err("expected a part of an adapter's name; `spectral devices` lists them".into());
+    }
+    Ok(text.to_owned())
+}
+
 /// A number of threads from 1 to [`MAX_THREADS`].
 ///
 /// # Errors

@@ -184,3 +184,24 @@ fn png_decodes_to_what_went_in() {
     assert!(reader.info().srgb.is_some());
     assert!(png::bytes(SIZE, &pixels[1..]).is_err());
 }
+
+#[test]
+fn maps_that_are_not_finite_are_not_written() {
+    let folder = tempfile::tempdir().expect("folder");
+    let path = folder.path().join("out.exr");
+    fs::write(&path, "older").expect("older file");
+    let file = AtomicFile::new(&path).expect("writable");
+    for bad in [f32::INFINITY, f32::NEG_INFINITY, f32::NAN] {
+        let mut maps = maps();
+        maps.refracted[4][1] = bad;
+        let error = ExrImage::from_irradiance(&maps).write(&file).expect_err("refused").to_string();
+        assert!(error.contains("not finite"), "{error}");
+    }
+    // Each layer is finite and their sum is not.
+    let mut maps = maps();
+    (maps.direct[2][0], maps.refracted[2][0]) = (3e38, 3e38);
+    let error = ExrImage::from_irradiance(&maps).write(&file).expect_err("refused").to_string();
+    assert!(error.contains("channel X"), "{error}");
+    assert_eq!(fs::read_to_string(&path).expect("still there"), "older");
+    assert_eq!(files_in(&folder), ["out.exr"]);
+}

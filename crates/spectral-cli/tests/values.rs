@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use spectral_cli::values::{
     Exposure, MAX_BOUNCES, MAX_PHOTONS, MAX_SIDE, MAX_THREADS, MAX_TRACED_WAVELENGTHS, Size, WavelengthRange,
-    bounces, noise, photons, seed, set_wavelengths, threads, traced_wavelengths,
+    adapter, any_wavelengths, bounces, noise, photons, seed, set_wavelengths, threads, traced_wavelengths,
 };
 
 /// Numbers no option means: signs, blanks, blown-up exponents, things that parse as f64 and are none.
@@ -18,6 +18,7 @@ fn nonsense_is_refused_by_every_parser() {
         assert!(photons(text).is_err(), "photons {text:?}");
         assert!(set_wavelengths(text).is_err(), "set {text:?}");
         assert!(traced_wavelengths(text).is_err(), "wavelengths {text:?}");
+        assert!(any_wavelengths(text).is_err(), "wavelengths {text:?}");
         assert!(threads(text).is_err(), "threads {text:?}");
         assert!(bounces(text).is_err(), "bounces {text:?}");
         assert!(seed(text).is_err(), "seed {text:?}");
@@ -82,6 +83,10 @@ fn counts_have_both_ends() {
         traced_wavelengths("0").is_err()
             && traced_wavelengths(&(MAX_TRACED_WAVELENGTHS + 1).to_string()).is_err()
     );
+    assert_eq!(any_wavelengths("1000000"), Ok(1_000_000));
+    assert!(any_wavelengths("0").is_err() && any_wavelengths("4294967296").is_err());
+    assert_eq!(adapter("NVIDIA"), Ok("NVIDIA".into()));
+    assert!(adapter("").is_err() && adapter(" ").is_err());
     assert_eq!(threads(&MAX_THREADS.to_string()), Ok(MAX_THREADS));
     assert!(threads("0").is_err() && threads(&(MAX_THREADS + 1).to_string()).is_err());
     assert_eq!(bounces("0"), Ok(0));

@@ -165,11 +165,14 @@ fn a_scene_without_anything_is_black_and_without_a_camera_an_error() {
     assert_eq!(error.to_string(), "samples_per_pixel is 0; it must be at least 1");
 }
 
-/// A lens's light on a floor and on a wall, with and without texture coordinates, and with ones that put everything
+/// What becomes of a mesh's texture coordinates.
+type Change<'a> = &'a dyn Fn(&mut Vec<[f32; 2]>);
+
+/// A ball's light on a floor, with and without texture coordinates, and with ones that put everything
 /// in one place: the same picture, in the mean and in every pixel.
 #[test]
 fn caustics_need_no_texture_coordinates() {
-    let stage = |change: &dyn Fn(&mut Vec<[f32; 2]>)| {
+    let stage = |change: Change| {
         let mut stage = Stage::new();
         stage.floor([0.0, 0.0], 1.0, 0.0);
         stage.add(sphere(16), glass(1.5), placed([0.1, 0.5, 0.0], [0.3; 3]));
@@ -196,7 +199,7 @@ fn caustics_need_no_texture_coordinates() {
     assert!(with.xyz.iter().any(|xyz| f64::from(xyz[1]) > 2.0 * direct), "there is a caustic");
     let again = pictured(&stage(&|_| ()), &request(2));
     assert_close(average(&again, 1), average(&with, 1), 5e-3, "noise of the mean");
-    let changes: [&dyn Fn(&mut Vec<[f32; 2]>); 4] = [
+    let changes: [Change; 4] = [
         &Vec::clear,
         &|uvs| uvs.iter_mut().for_each(|uv| *uv = [0.5; 2]),
         &|uvs| uvs.iter_mut().for_each(|uv| *uv = uv.map(|c| 3.0 * c)),

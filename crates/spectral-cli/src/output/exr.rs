@@ -67,8 +67,15 @@ impl ExrImage {
     /// Write the file.
     ///
     /// # Errors
-    /// What the file system says; the target is then what it was before.
+    /// Values that are no numbers or infinite; what the file system says. The target is then what it was before.
     pub fn write(self, file: &AtomicFile) -> Result<(), exr::error::Error> {
+        for channel in &self.channels {
+            let wrong = channel.samples.iter().filter(|v| !v.is_finite()).count();
+            if wrong > 0 {
+                let problem = format!("{wrong} values of channel {} are not finite", channel.name);
+                return Err(exr::error::Error::Invalid(problem.into()));
+            }
+        }
         let size = Vec2(self.size.width as usize, self.size.height as usize);
         let list = self.channels.into_iter().map(|channel| {
             AnyChannel::new(Text::new_or_panic(channel.name), FlatSamples::F32(channel.samples))

@@ -42,7 +42,8 @@ pub(crate) fn bake(
         effort: effort(run, default.effort),
         seed: run.seed,
         threads: run.threads,
-        step_nm: step_nm(run.wavelengths)?.unwrap_or(default.step_nm),
+        step_nm: step_nm(run.wavelengths).unwrap_or(default.step_nm),
+        direct_samples: direct_samples(run.photons, size, default.direct_samples),
         ..default
     };
     let progress = Progress::bar("reference");
@@ -54,7 +55,8 @@ pub(crate) fn bake(
         Effort::Noise { relative, .. } => Some(relative),
         Effort::Photons(_) => None,
     };
-    warn_of_noise(target, bake.standard_error.refracted.max(bake.standard_error.total), bake.photons);
+    let cost = format!("{} photons", bake.photons);
+    warn_of_noise(target, bake.standard_error.refracted.max(bake.standard_error.total), &cost);
     let statistics = Statistics {
         photons: bake.photons,
         reflection_photons: bake.reflection_photons,
@@ -71,5 +73,28 @@ fn effort(run: &RunArgs, default: Effort) -> Effort {
         (Some(photons), _) => Effort::Photons(photons),
         (None, Some(relative)) => Effort::noise(relative),
         (None, None) => default,
+    }
+}
+
+/// Fewest shadow rays per texel: its four quarters, for each randomisation.
+const MIN_DIRECT_SAMPLES: u64 = 16;
+
+/// Shadow rays per texel: where photons are counted out, as many as there are photons per texel, within limits, so that
+/// few photons make a quick bake.
+fn direct_samples(photons: Option<u64>, size: Size, default: u32) -> u32 {
+    let per_texel = |photons: u64| photons.div_ceil(size.texels()).max(MIN_DIRECT_SAMPLES);
+    photons.map_or(default, |photons| per_texel(photons).min(u64::from(default)) as u32)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shadow_rays_follow_an_explicit_number_of_photons() {
+        let size = Size { width: 256, height: 256 };
+        let rays = |photons| direct_samples(photons, size, 256);
+        assert_eq!(rays(None), 256);
+        assert_eq!([1, 20_000, 65_536 * 40, 1 << 40].map(|p| rays(Some(p))), [16, 16, 40, 256]);
     }
 }

@@ -3,6 +3,8 @@
 mod bake;
 mod picture;
 
+use std::ops::RangeInclusive;
+
 use frame_plan::cpu::CpuExecutor;
 use frame_plan::{DeviceInfo, Executor, PassSet};
 use spectral_core::observer::VISIBLE_NM;
@@ -19,16 +21,28 @@ use crate::values::Size;
 /// Why the reference runs where it does.
 const REASON: &str = "the reference runs on the CPU only";
 
-/// The width of so many equal cells of the visible range, within what the oracle takes.
-fn step_nm(wavelengths: Option<usize>) -> Result<Option<f64>, CliError> {
-    let visible_nm = VISIBLE_NM.1 - VISIBLE_NM.0;
-    match wavelengths.map(|n| (n, visible_nm / n as f64)) {
-        None => Ok(None),
-        Some((_, step_nm)) if (1.0..=5.0).contains(&step_nm) => Ok(Some(step_nm)),
-        Some((n, _)) => Err(CliError::Usage(format!(
-            "--wavelengths {n} does not go with --method reference, which has 80 to 400 (steps of 5 to 1 nm)"
-        ))),
+/// Cells of the visible range that the oracle takes, as many as it is wide in 5 nm to as many as in 1 nm.
+const CELLS: RangeInclusive<usize> = 80..=400;
+
+/// As many cells as were asked for, or the nearest number that the oracle takes.
+fn cells(asked: usize) -> usize {
+    asked.clamp(*CELLS.start(), *CELLS.end())
+}
+
+/// The width of so many equal cells of the visible range, or of the nearest number that the oracle takes, with a
+/// warning.
+fn step_nm(wavelengths: Option<usize>) -> Option<f64> {
+    let asked = wavelengths?;
+    let cells = cells(asked);
+    if cells != asked {
+        messages::warn(&format!(
+            "--wavelengths {asked}: --method reference samples the spectrum in {} to {} cells (5 to 1 nm), {cells} are \
+             used",
+            CELLS.start(),
+            CELLS.end()
+        ));
     }
+    Some((VISIBLE_NM.1 - VISIBLE_NM.0) / cells as f64)
 }
 
 /// Refuse what would not fit, with the numbers.
@@ -46,10 +60,10 @@ fn check_memory(size: Size, bytes_per_texel: u64, usable_bytes: u64) -> Result<(
     Err(CliError::Failed(problem))
 }
 
-/// Say so if a noise target was not met before the most photons were sent.
-fn warn_of_noise(target: Option<f64>, reached: f64, photons: u64) {
+/// Say so if a noise target was not met by the time it had cost as much as it may.
+fn warn_of_noise(target: Option<f64>, reached: f64, cost: &str) {
     if let Some(target) = target.filter(|target| reached > *target) {
-        messages::warn(&format!("noise {target} is not reached: {reached:.4} after {photons} photons"));
+        messages::warn(&format!("noise {target} is not reached: {reached:.4} after {cost}"));
     }
 }
 
@@ -84,10 +98,9 @@ mod tests {
 
     #[test]
     fn wavelengths_are_cells_of_the_visible_range() {
-        assert_eq!(step_nm(None).expect("default"), None);
-        assert_eq!(step_nm(Some(80)).expect("coarsest"), Some(5.0));
-        assert_eq!(step_nm(Some(400)).expect("finest"), Some(1.0));
-        assert!(step_nm(Some(79)).is_err());
-        assert!(step_nm(Some(401)).is_err());
+        assert_eq!(step_nm(None), None);
+        assert_eq!(step_nm(Some(80)), Some(5.0));
+        assert_eq!(step_nm(Some(400)), Some(1.0));
+        assert_eq!([1, 79, 80, 81, 400, 401, usize::MAX].map(cells), [80, 80, 80, 81, 400, 400, 400]);
     }
 }

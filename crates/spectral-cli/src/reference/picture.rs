@@ -15,8 +15,10 @@ use crate::values::Size;
 
 /// Randomisations of a picture without a noise target, and the fewest of one with a target.
 const REPLICATES: u64 = 4;
-/// Most photons that a noise target may cost.
+/// What a noise target may cost at most: photons, and where no glass calls for any, rays and randomisations.
 const MAX_PHOTONS: u64 = 1 << 32;
+const MAX_RAYS: u64 = 1 << 33;
+const MAX_REPLICATES: u64 = 1 << 12;
 /// What a pixel takes: sums, a replicate, the picture and its file.
 const BYTES_PER_PIXEL: u64 = 128;
 
@@ -56,13 +58,13 @@ pub(crate) fn render(
         samples_per_pixel: default.samples_per_pixel.div_ceil(REPLICATES as u32),
         photons: run.photons.unwrap_or(default.photons).div_ceil(REPLICATES),
         threads: run.threads,
-        step_nm: step_nm(run.wavelengths)?.unwrap_or(default.step_nm),
+        step_nm: step_nm(run.wavelengths).unwrap_or(default.step_nm),
         ..default
     };
     let progress = Progress::bar("reference");
     let mut mean = Mean::new(size);
     let (mut photons, mut rays) = (0, 0);
-    while !mean.is_enough(run.noise, photons) {
+    while !mean.is_enough(run.noise, photons >= MAX_PHOTONS || rays >= MAX_RAYS) {
         // Every replicate of every seed draws from a stream of its own.
         let seed = run.seed.wrapping_mul(SEED_STRIDE).wrapping_add(mean.replicates);
         let share = |done: f64| progress.set((mean.replicates as f64 + done) / mean.expected(run.noise));
@@ -74,7 +76,8 @@ pub(crate) fn render(
     }
     drop(progress);
     times.did("compute");
-    warn_of_noise(run.noise, mean.standard_error(), photons);
+    let cost = format!("{photons} photons and {rays} rays in {} randomisations", mean.replicates);
+    warn_of_noise(run.noise, mean.standard_error(), &cost);
     let statistics = Statistics {
         photons,
         rays,
@@ -129,9 +132,10 @@ impl Mean {
         if signal > 0.0 { (variance / signal).sqrt() } else { 0.0 }
     }
 
-    fn is_enough(&self, noise: Option<f64>, photons: u64) -> bool {
-        self.replicates >= REPLICATES
-            && noise.is_none_or(|target| self.standard_error() <= target || photons >= MAX_PHOTONS)
+    /// `spent`: it has cost as much as it may.
+    fn is_enough(&self, noise: Option<f64>, spent: bool) -> bool {
+        let spent = spent || self.replicates >= MAX_REPLICATES;
+        self.replicates >= REPLICATES && noise.is_none_or(|target| spent || self.standard_error() <= target)
     }
 
     /// How many replicates it will take, as far as one can tell: the error falls with their square root.
@@ -139,7 +143,8 @@ impl Mean {
         let least = REPLICATES.max(self.replicates + 1) as f64;
         match noise {
             Some(target) if self.replicates >= REPLICATES => {
-                (self.replicates as f64 * (self.standard_error() / target).powi(2)).max(least)
+                let needed = self.replicates as f64 * (self.standard_error() / target).powi(2);
+                needed.min(MAX_REPLICATES as f64).max(least)
             }
             _ => least,
         }
@@ -167,13 +172,15 @@ mod tests {
     fn a_noise_target_asks_for_more_until_it_is_met() {
         let mut mean = Mean::new(TWO);
         for y in [1.0, 3.0, 1.0, 3.0] {
-            assert!(!mean.is_enough(None, 0));
+            assert!(!mean.is_enough(None, false));
             mean.add(&[[y; 3]; 2]);
         }
-        assert!(mean.is_enough(None, 0));
-        assert!(mean.is_enough(Some(0.3), 0));
-        assert!(!mean.is_enough(Some(0.1), 0));
-        assert!(mean.is_enough(Some(0.1), MAX_PHOTONS));
+        assert!(mean.is_enough(None, false));
+        assert!(mean.is_enough(Some(0.3), false));
+        assert!(!mean.is_enough(Some(0.1), false));
+        assert!(mean.is_enough(Some(0.1), true));
+        mean.replicates = MAX_REPLICATES;
+        assert!(mean.is_enough(Some(1e-9), false));
         assert!(mean.expected(Some(0.1)) > 8.0);
     }
 

@@ -186,6 +186,59 @@ fn scenes_and_receivers_that_are_not_there_are_refused() {
     spectral("bake sphere --receiver sphere -o out.exr").bad_usage(&["sphere", "refracting"]);
 }
 
+/// None was named, so it is not the command line that is wrong.
+#[test]
+fn a_scene_without_a_receiver_is_a_failure() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut scene = bundled("gem").expect("a bundled scene");
+    scene.meshes.iter_mut().for_each(|mesh| mesh.uvs.clear());
+    fs::write(folder.path().join("bare.glb"), spectral_scene::to_glb(&scene).expect("valid"))
+        .expect("written");
+    spectral_in(folder.path(), "bake bare.glb -o out.exr").failed(&["bare", "texture coordinates"]);
+    spectral_in(folder.path(), "bake bare.glb -o out.exr --receiver receiver").bad_usage(&["`receiver`"]);
+    assert_eq!(files_in(folder.path()), ["bare.glb"]);
+}
+
+#[test]
+fn scenes_that_are_no_files_are_refused_at_once() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut wrong = vec!["."];
+    if cfg!(target_os = "linux") {
+        wrong.push("/dev/zero");
+    }
+    for scene in wrong {
+        let run =
+            spectral_in(folder.path(), &format!("bake {scene} -o out.exr")).failed(&[scene, "regular file"]);
+        assert_eq!(run.stderr.lines().count(), 1, "{}", run.stderr);
+    }
+    assert!(files_in(folder.path()).is_empty());
+}
+
+/// The error names the light and what it may have.
+#[test]
+fn lights_beyond_what_a_map_can_hold_are_refused() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut scene = bundled("gem").expect("a bundled scene");
+    scene.lights[0].intensity = 1e30;
+    let brightest = spectral_scene::to_glb(&scene).expect("valid");
+    fs::write(folder.path().join("bright.glb"), &brightest).expect("written");
+    let options = "-o out.exr --size 16x16 --wavelengths 1 --backend cpu";
+    spectral_in(folder.path(), &format!("bake bright.glb {options}")).done();
+    check_irradiance(&folder.path().join("out.exr"), [16, 16], &["direct", "refracted"]);
+    fs::remove_file(folder.path().join("out.exr")).expect("removed");
+
+    let at = brightest.windows(5).position(|bytes| bytes == b"1e+30").expect("the intensity");
+    let mut spoilt = brightest;
+    spoilt[at..at + 5].copy_from_slice(b"1e+31");
+    fs::write(folder.path().join("brighter.glb"), spoilt).expect("written");
+    spectral_in(folder.path(), &format!("bake brighter.glb {options}")).failed(&[
+        scene.lights[0].name.as_str(),
+        "intensity",
+        "1e30",
+    ]);
+    assert_eq!(files_in(folder.path()), ["bright.glb", "brighter.glb"]);
+}
+
 /// A `.glb` file whose first accessor claims more elements than any memory holds.
 fn with_hostile_count(glb: &[u8]) -> Vec<u8> {
     let word = |at: usize| u32::from_le_bytes(glb[at..at + 4].try_into().expect("four bytes")) as usize;

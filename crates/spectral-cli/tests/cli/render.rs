@@ -128,3 +128,24 @@ fn reference_renders_with_its_standard_error() {
     assert_eq!(first, render("again.exr", "--photons 2e4 --seed 3 --threads 1").0);
     assert_ne!(first, render("other.exr", "--photons 2e4 --seed 4").0);
 }
+
+/// Nothing but direct light: the error falls ever more slowly, and no photons are counted.
+#[test]
+fn a_noise_target_out_of_reach_ends_with_a_warning() {
+    let folder = tempfile::tempdir().expect("folder");
+    let mut scene = spectral_scene::bundled("gem").expect("a bundled scene");
+    let refractors: Vec<usize> = scene.refractors().collect();
+    scene.objects = (0..scene.objects.len())
+        .filter(|i| !refractors.contains(i))
+        .map(|i| scene.objects[i].clone())
+        .collect();
+    fs::write(folder.path().join("plain.glb"), spectral_scene::to_glb(&scene).expect("valid"))
+        .expect("written");
+    let run = "render plain.glb -o out.exr --size 8x8 --method reference --noise 1e-9 --threads 1 --stats stats.json";
+    let run = spectral_in(folder.path(), run).done();
+    assert!(run.stderr.contains("warning: noise 0.000000001 is not reached"), "{}", run.stderr);
+    let stats = stats(folder.path());
+    assert_eq!(stats["statistics"]["photons"], 0);
+    assert_eq!(stats["statistics"]["replicates"], 4096);
+    assert!(linear_srgb(&folder.path().join("out.exr")).iter().any(|&rgb| luminance(rgb) > 0.0));
+}

@@ -1,6 +1,8 @@
 //! Command lines that make no sense: status 2, one or two lines, nothing written.
 
-use crate::program::{files_in, spectral, spectral_in};
+use std::process::Command;
+
+use crate::program::{files_in, run, spectral, spectral_in};
 
 #[test]
 fn help_and_version_are_not_errors() {
@@ -87,16 +89,11 @@ fn values_out_of_range_are_refused_by_the_options_name() {
 #[test]
 fn options_that_a_method_lacks_are_refused() {
     let bake = |options: &str| spectral(&format!("bake sphere -o out.exr {options}"));
-    bake("--method caustics-map --photons 10").bad_usage(&["--photons", "reference"]);
-    bake("--method caustics-map --noise 0.1").bad_usage(&["--noise", "reference"]);
-    bake("--method caustics-map --refraction traced").bad_usage(&["traced", "image-space"]);
-    bake("--method caustics-map --bounces 2").bad_usage(&["--bounces", "reference"]);
-    bake("--method reference --refraction image-space").bad_usage(&["image-space", "traced"]);
     bake("--method reference --backend wgpu").bad_usage(&["--backend wgpu", "CPU"]);
     bake("--method reference --backend vulkan").bad_usage(&["--backend vulkan", "CPU"]);
     bake("--method reference --adapter x").bad_usage(&["--adapter", "CPU"]);
     bake("--method reference --photons 10 --noise 0.1").bad_usage(&["--photons", "--noise"]);
-    bake("--method asm --bounces 2").bad_usage(&["--bounces", "asm"]);
+    bake("--method asm --wavelengths 401").bad_usage(&["--wavelengths 401", "asm", "1 to 400"]);
     bake("--method reference --levels 3").bad_usage(&["--levels", "asm"]);
     bake("--method reference --gap-filling paper").bad_usage(&["--gap-filling", "asm"]);
     bake("--method reference --rule glsl").bad_usage(&["--rule", "asm"]);
@@ -105,6 +102,66 @@ fn options_that_a_method_lacks_are_refused() {
     bake("--gap-filling bogus").bad_usage(&["bogus", "none", "paper", "paper-literal", "disc"]);
     bake("--backend cpu --adapter x").bad_usage(&["--adapter", "--backend"]);
     bake("--refraction bogus").bad_usage(&["bogus", "image-space", "traced"]);
+}
+
+/// What the command line offers to every method and one has not got yet is a failure, not bad usage.
+#[test]
+fn refraction_that_a_method_lacks_names_what_there_is() {
+    for command in ["bake", "render"] {
+        let run = |options: &str| spectral(&format!("{command} sphere -o out.exr --size 16x16 {options}"));
+        for method in ["caustics-map", "acm", "asm"] {
+            run(&format!("--method {method} --refraction traced")).failed(&[
+                "traced",
+                method,
+                "image-space",
+                "--method reference",
+            ]);
+        }
+        run("--method reference --refraction image-space").failed(&[
+            "image-space",
+            "has traced",
+            "--method caustics-map, acm, asm",
+        ]);
+    }
+}
+
+/// Options for every method count where they mean something, and a warning says where they do not.
+#[test]
+fn options_without_effect_are_accepted_with_a_warning() {
+    let folder = tempfile::tempdir().expect("folder");
+    let run = |options: &str| {
+        let run = format!("bake gem -o out.exr --size 8x8 --backend cpu {options}");
+        spectral_in(folder.path(), &run).done().stderr
+    };
+    for (options, words) in [
+        ("--method caustics-map --wavelengths 1 --bounces 2", ["--bounces 2", "caustics-map"]),
+        ("--method acm --wavelengths 1 --bounces 1", ["--bounces 1", "acm"]),
+        ("--method asm --bounces 3 --seed 7", ["--bounces 3", "asm"]),
+        ("--method caustics-map --wavelengths 1 --photons 10", ["--photons", "caustics-map"]),
+        ("--method caustics-map --wavelengths 1 --noise 0.1", ["--noise", "caustics-map"]),
+        ("--method reference --photons 1000 --wavelengths 7", ["--wavelengths 7", "80 are used"]),
+        ("--method reference --photons 1000 --wavelengths 1000", ["--wavelengths 1000", "400 are used"]),
+    ] {
+        let stderr = run(options);
+        assert_eq!(stderr.lines().count(), 1, "{options}: {stderr}");
+        assert!(stderr.starts_with("warning: "), "{options}: {stderr}");
+        assert!(words.iter().all(|word| stderr.contains(word)), "{options}: {stderr}");
+    }
+    for options in [
+        "--method asm --bounces 0 --seed 7",
+        "--method reference --photons 1000 --wavelengths 80 --bounces 2",
+    ] {
+        assert_eq!(run(options), "", "{options}");
+    }
+}
+
+#[test]
+fn an_adapter_has_a_name() {
+    for name in ["", "  "] {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_spectral"));
+        run(command.args(["bake", "sphere", "-o", "out.exr", "--adapter", name]))
+            .bad_usage(&["--adapter", "devices"]);
+    }
 }
 
 #[test]
