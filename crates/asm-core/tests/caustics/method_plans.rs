@@ -1,10 +1,12 @@
 //! What ACM and ASM plan for each scene, and why.
 
 use asm_core::{Emission, GapFilling, Method, PlanError, Settings, bake_plan, render_plan};
-use frame_plan::{Limits, Plan, Step};
+use frame_plan::{Executor, Limits, Plan, Step};
 use spectral_core::dispersion::Dispersion;
 use spectral_core::wavelengths::Scheme;
 use spectral_scene::{BUNDLED, Scene, bundled};
+
+use crate::stage::cpu;
 
 fn bake_of(scene: &Scene, settings: &Settings) -> Plan {
     let receiver = scene.receiver("receiver").unwrap();
@@ -149,4 +151,34 @@ fn settings_of_the_methods_are_checked() {
     let limits = Limits { max_texture_size: 16_384, ..Limits::default() };
     let error = bake_plan(&scene, receiver, [8; 2], &many, &limits).unwrap_err();
     assert!(matches!(error, PlanError::TooManyPhotons { max, .. } if max == 1 << 28), "{error}");
+}
+
+#[test]
+fn methods_move_on_without_a_new_plan() {
+    let mut scene = bundled("prism").unwrap();
+    let settings = |method| Settings { emission_size: 128, map_size: Some(128), ..Settings::of(method) };
+    let limits = cpu().limits();
+    for method in [Method::Acm, Method::Asm] {
+        let plan = |scene: &Scene| render_plan(scene, 0, [40, 30], &settings(method), &limits).unwrap();
+        let mut moving = plan(&scene);
+        let mut executor = cpu();
+        executor.prepare(&moving.plan).unwrap();
+        executor.execute().unwrap();
+        let spectral_scene::LightShape::Directional { direction } = &mut scene.lights[0].shape else {
+            panic!("the prism has a sun");
+        };
+        *direction = (*direction + glam::DVec3::new(0.02, 0.0, 0.01)).normalize();
+        scene.lights[0].intensity *= 1.5;
+        scene.cameras[0].world_from_camera.w_axis.x += 0.01;
+        moving.update(&mut executor, plan(&scene)).unwrap();
+        executor.execute().unwrap();
+        let (moved, statistics) = moving.read(&mut executor).unwrap();
+        let fresh = plan(&scene);
+        let mut executor = cpu();
+        executor.prepare(&fresh.plan).unwrap();
+        executor.execute().unwrap();
+        let (anew, fresh_statistics) = fresh.read(&mut executor).unwrap();
+        assert_eq!(moved, anew, "{method:?}");
+        assert_eq!((statistics.lights, statistics.view), (fresh_statistics.lights, fresh_statistics.view));
+    }
 }
