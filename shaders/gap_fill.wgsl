@@ -100,20 +100,20 @@ fn filled_by_samples(texel: vec2<u32>, index: u32, own: Flux) -> Flux {
 }
 
 // What one texel gives the other gets, and every texel within the radius of another gives to it as much as that one
-// would in its place: light is kept, and where all hold the same nothing changes.
+// would in its place: light is kept, and where all hold the same nothing changes. Gaps and what is beside them take part.
 fn exchanged_in_disc(texel: vec2<u32>, index: u32, own: Flux) -> Flux {
-    if mask[index] == MASK_DARK {
+    if mask[index] < MASK_GAP {
         return own;
     }
     let given = share_of(own, params.share);
     var sum = own;
     for (var i = 0u; i < params.offsets; i++) {
         let at = texel_at(texel, offsets[i]);
-        if at == NO_TEXEL || mask[at] == MASK_DARK {
+        if at == NO_TEXEL || mask[at] < MASK_GAP {
             continue;
         }
         sum = minus(sum, given);
-        if mask[at] == MASK_LIT {
+        if mask[at] == MASK_BESIDE {
             sum = plus(sum, share_of(flux_at(at), params.share));
         }
     }

@@ -6,12 +6,13 @@
 
 const GAP_PAPER: u32 = 0u;          // mean of the hits and the texel (Blanchette & Agu 2013, text)
 const GAP_PAPER_LITERAL: u32 = 1u;  // sum of the hits (their Fig. 9)
-const GAP_DISC: u32 = 2u;           // exchange with all within the radius: keeps energy
+const GAP_DISC: u32 = 2u;           // exchange within the radius, where there are gaps: keeps energy
 
 // What a mask holds.
 const MASK_DARK: u32 = 0u;
 const MASK_LIT: u32 = 1u;
-const MASK_GAP: u32 = 2u; // dark, between lit texels that face each other
+const MASK_GAP: u32 = 2u;    // dark, between lit texels that face each other
+const MASK_BESIDE: u32 = 3u; // holds light, with a gap within twice the radius
 
 // Index of the texel at an offset from another, both in the same face of the map; NO_TEXEL outside.
 const NO_TEXEL: u32 = 0xffffffffu;

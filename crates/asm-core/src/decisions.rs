@@ -243,7 +243,7 @@ impl Grounds<'_> {
         turned.chain(open).chain(wavelengths).collect()
     }
 
-    fn gaps(&self) -> [Decision; 2] {
+    fn gaps(&self) -> [Decision; 3] {
         let dispersion = &self.effects.dispersion;
         let kept = self.setups.iter().any(|s| s.gaps);
         let one = |setup: &LightSetup| setup.bands.wavelengths_nm.len() == 1;
@@ -262,8 +262,10 @@ impl Grounds<'_> {
         let notes: Vec<_> = without
             .map(|s| format!("{}: not filled, one wavelength leaves no gaps", self.light_name(s.index)))
             .collect();
-        ["gap_mask", "gap_fill"]
-            .map(|pass| Decision { notes: notes.clone(), ..decision(pass, kept, reason.clone()) })
+        let disc = self.settings.gap_filling() == GapFilling::Disc;
+        let reach = if kept && !disc { "the paper's rules ask every texel".into() } else { reason.clone() };
+        [("gap_mask", kept, reason.clone()), ("gap_reach", kept && disc, reach), ("gap_fill", kept, reason)]
+            .map(|(pass, kept, reason)| Decision { notes: notes.clone(), ..decision(pass, kept, reason) })
     }
 
     fn deferred_refraction(&self, camera: CameraGlass) -> Decision {

@@ -7,6 +7,7 @@ use crate::caustics::Caustics;
 use crate::lights::LightSetup;
 use crate::passes::gap_fill::{ENERGY_ROWS, ENERGY_WORDS, GapFill};
 use crate::passes::gap_mask::GapMask;
+use crate::passes::gap_reach::GapReach;
 use crate::resources::Resources;
 use crate::shared::gap::{GAP_DISC, GAP_PAPER, GAP_PAPER_LITERAL, disc};
 use crate::{GapFilling, PlanError, Settings};
@@ -17,6 +18,8 @@ pub(crate) struct Gaps {
     offset_count: u32,
     rule: u32,
     mask: ResourceId,
+    /// The mask with what is beside gaps, where gaps are looked for.
+    reach: Option<ResourceId>,
     /// The map without gaps.
     pub(crate) filled: ResourceId,
     /// Light before and after, per light.
@@ -58,6 +61,11 @@ impl Gaps {
             offsets: resources.filled("gap offsets", &offsets)?,
             rule,
             mask: resources.buffer("gap mask", 4 * texels, "map_size")?,
+            reach: if rule == GAP_DISC {
+                Some(resources.buffer("gap reach", 4 * texels, "map_size")?)
+            } else {
+                None
+            },
             filled: resources.buffer("filled map", 24 * texels, "map_size")?,
             energy,
         }))
@@ -86,6 +94,11 @@ impl Caustics<'_> {
         };
         let bindings = [maps.map, gaps.offsets, maps.landing, gaps.mask];
         self.dispatch("gap_mask", label, &mask, bindings.map(Bound::from).to_vec(), groups);
+        if let Some(reach) = gaps.reach {
+            let params = GapReach { size: maps.size, rows, offsets: gaps.offset_count };
+            let bindings = [gaps.offsets, gaps.mask, reach];
+            self.dispatch("gap_reach", label, &params, bindings.map(Bound::from).to_vec(), groups);
+        }
         let fill = GapFill {
             size: maps.size,
             rows,
@@ -100,7 +113,8 @@ impl Caustics<'_> {
             reserved1: 0,
             reserved2: 0,
         };
-        let bindings = [maps.map, gaps.offsets, gaps.mask, gaps.filled, gaps.energy];
+        let mask = gaps.reach.unwrap_or(gaps.mask);
+        let bindings = [maps.map, gaps.offsets, mask, gaps.filled, gaps.energy];
         self.resources.plan.steps.push(Step::ClearBuffer { buffer: gaps.filled });
         self.dispatch("gap_fill", label, &fill, bindings.map(Bound::from).to_vec(), groups);
         Ok(())

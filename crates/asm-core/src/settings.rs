@@ -77,8 +77,8 @@ pub enum GapFilling {
     Paper,
     /// As their Fig. 9 prints it: where more than the threshold hit light, the sum of the hits. Light is not kept.
     PaperLiteral,
-    /// Texels exchange light with all within the radius that hold light or lie between such: no pattern, every unit kept, and
-    /// what is even stays as it is.
+    /// Gaps, and lit texels within twice the radius of one, exchange light with each other within the radius: no pattern, every
+    /// unit kept, and what is even, or far from gaps, stays as it is.
     Disc,
 }
 

@@ -6,6 +6,7 @@ use asm_core::passes::coverage_mip::{COVERAGE_MIP, CoverageMip};
 use asm_core::passes::deferred_refraction::{DEFERRED_REFRACTION, DeferredRefraction, ViewBand};
 use asm_core::passes::gap_fill::{GAP_FILL, GapFill};
 use asm_core::passes::gap_mask::{GAP_MASK, GapMask};
+use asm_core::passes::gap_reach::{GAP_REACH, GapReach};
 use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
 use asm_core::passes::photon_refine::{PHOTON_REFINE, PhotonRefine};
 use asm_core::passes::photon_trace::{Band, Optics, PHOTON_TRACE, PhotonTrace};
@@ -66,6 +67,7 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             &GAP_MASK,
             layout!(GapMask as "GapMask" { size, rows, rule, threshold, offsets, reserved0, reserved1 }),
         ),
+        (&GAP_REACH, layout!(GapReach as "GapReach" { size, rows, offsets })),
         (
             &GAP_FILL,
             layout!(GapFill as "GapFill" {

@@ -11,7 +11,7 @@ use glam::{IVec2, UVec2};
 use rayon::prelude::*;
 
 use super::{GAP_WGSL, binding};
-use crate::shared::gap::{GAP_DISC, GAP_PAPER_LITERAL, MASK_DARK, MASK_LIT, texel_at};
+use crate::shared::gap::{GAP_DISC, GAP_PAPER_LITERAL, MASK_BESIDE, MASK_GAP, MASK_LIT, texel_at};
 
 /// Uniform of the pass; mirrors `GapFill` in `shaders/gap_fill.wgsl`.
 #[repr(C)]
@@ -174,9 +174,9 @@ impl Inputs<'_> {
     }
 
     /// What one texel gives the other gets, and every texel within the radius of another gives to it as much as that one
-    /// would in its place: light is kept, and where all hold the same nothing changes.
+    /// would in its place: light is kept, and where all hold the same nothing changes. Gaps and what is beside them take part.
     fn exchanged_in_disc(&self, texel: UVec2, index: usize, own: [u64; 3]) -> [u64; 3] {
-        if self.mask[index] == MASK_DARK {
+        if self.mask[index] < MASK_GAP {
             return own;
         }
         let share = |flux: u64| ((u128::from(flux) * u128::from(self.params.share)) >> 16) as u64;
@@ -184,10 +184,10 @@ impl Inputs<'_> {
         let mut sum = own;
         for &offset in self.offsets {
             let Some(at) = texel_at(self.params.size, texel, offset) else { continue };
-            if self.mask[at] == MASK_DARK {
+            if self.mask[at] < MASK_GAP {
                 continue;
             }
-            let got = if self.mask[at] == MASK_LIT { self.flux_at(at).map(share) } else { [0; 3] };
+            let got = if self.mask[at] == MASK_BESIDE { self.flux_at(at).map(share) } else { [0; 3] };
             sum = std::array::from_fn(|c| sum[c] + got[c] - given[c]);
         }
         sum

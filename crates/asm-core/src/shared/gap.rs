@@ -6,7 +6,7 @@ use glam::{IVec2, UVec2};
 pub const GAP_PAPER: u32 = 0;
 /// Sum of the hits (their Fig. 9).
 pub const GAP_PAPER_LITERAL: u32 = 1;
-/// Exchange with all within the radius: keeps energy.
+/// Exchange within the radius, where there are gaps: keeps energy.
 pub const GAP_DISC: u32 = 2;
 
 /// No light, and none is put there.
@@ -15,6 +15,8 @@ pub const MASK_DARK: u32 = 0;
 pub const MASK_LIT: u32 = 1;
 /// Dark, between lit texels that face each other.
 pub const MASK_GAP: u32 = 2;
+/// Holds light, with a gap within twice the radius.
+pub const MASK_BESIDE: u32 = 3;
 
 /// Offsets of the texels within `radius`, without the middle, row by row: entry i and entry (last - i) are opposite.
 pub(crate) fn disc(radius: u32) -> Vec<IVec2> {

@@ -52,8 +52,12 @@ fn every_bundled_scene_has_its_acm_and_asm_plan() {
         let copies = (0..3).map(|level| format!("copy photon queue {level} to photon queue heads"));
         asm.splice(clear..clear, refine.into_iter().chain(copies));
         let resolve = asm.iter().position(|s| s.starts_with("map_resolve")).unwrap();
-        let fill =
-            [format!("gap_mask ({light})"), "clear filled map".to_owned(), format!("gap_fill ({light})")];
+        let fill = [
+            format!("gap_mask ({light})"),
+            format!("gap_reach ({light})"),
+            "clear filled map".to_owned(),
+            format!("gap_fill ({light})"),
+        ];
         let disperses = scene.materials.iter().any(|m| m.is_refractor() && m.dispersion.is_dispersive());
         if disperses {
             asm.splice(resolve..resolve, fill);
