@@ -9,8 +9,16 @@ use spectral_scene::{BUNDLED, Scene, bundled};
 const METHODS: [Method; 3] = [Method::CausticsMap, Method::Acm, Method::Asm];
 
 /// Passes of every plan.
-const OF_BOTH: [&str; 7] =
-    ["visibility", "coverage_mip", "photon_refine", "photon_trace", "gap_mask", "gap_fill", "map_resolve"];
+const OF_BOTH: [&str; 8] = [
+    "visibility",
+    "coverage_mip",
+    "photon_refine",
+    "photon_trace",
+    "gap_mask",
+    "gap_reach",
+    "gap_fill",
+    "map_resolve",
+];
 
 fn plans(scene: &Scene, settings: &Settings) -> [(Plan, [&'static str; 2]); 2] {
     let receiver = scene.receiver("receiver").unwrap();
