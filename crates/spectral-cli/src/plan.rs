@@ -73,7 +73,7 @@ fn plans(scene: &Scene, settings: &Settings, limits: &Limits) -> [Result<Plan, S
     let size = DEFAULT_BAKE_SIZE;
     let receiver = scene.receiver("receiver").ok().or_else(|| scene.receivers().next());
     let bake =
-        receiver.ok_or_else(|| "bake: no opaque object has texture coordinates".to_owned()).and_then(|r| {
+        receiver.ok_or_else(|| "bake: no matt object has texture coordinates".to_owned()).and_then(|r| {
             let plan = bake_plan(scene, r, [size.width, size.height], settings, limits);
             plan.map(|p| p.plan).map_err(|e| format!("bake: {e}"))
         });

@@ -27,16 +27,21 @@ pub struct Effects {
     pub dispersion: Effect,
     /// Glass that takes colour out of light on its way.
     pub absorption: Effect,
-    /// Light that leaves a refractor at its first outside reflection (the `reflected` layer of a bake). Metals
-    /// are named in the reason: they are opaque here, mirror caustics of metal are not simulated.
+    /// Light that leaves a refractor at its first outside reflection (part of the `reflected` layer of a bake).
     pub reflection: Effect,
-    /// Light redirected by a refractor that may land on an opaque object, with texture coordinates or without.
+    /// Light redirected by a refractor that may land on a matt object, with texture coordinates or without.
     pub caustics: Effect,
+    /// Light redirected by a mirror that may land on a matt object, with texture coordinates or without (in the
+    /// `reflected` layer of a bake, or in `refracted` where it has met glass). Metal too rough for a mirror is named in
+    /// the reason.
+    pub reflective_caustics: Effect,
     /// Objects that may stand between a light and a receiver.
     pub shadows: Effect,
     /// Glass in view of a camera, through which the scene behind is seen.
     pub deferred_refraction: Effect,
-    /// Opaque surfaces with texture coordinates that light can reach, directly or by way of a refractor.
+    /// Mirrors in view of a camera, in which the rest of the scene is seen.
+    pub mirror_images: Effect,
+    /// Matt surfaces with texture coordinates that light can reach, directly or by way of a refractor or a mirror.
     pub receivers: Effect,
     /// Lights with a position, whose rays diverge.
     pub point_or_spot_lights: Effect,
@@ -61,8 +66,10 @@ impl Effects {
             absorption: survey.absorption(),
             reflection: survey.reflection(),
             caustics: survey.caustics(),
+            reflective_caustics: survey.reflective_caustics(),
             shadows: survey.shadows(),
             deferred_refraction: survey.deferred_refraction(),
+            mirror_images: survey.mirror_images(),
             receivers: survey.receivers(),
             point_or_spot_lights: survey.point_or_spot_lights(),
             coloured_light: survey.coloured_light(),
@@ -79,8 +86,10 @@ impl Effects {
             ("absorption", &self.absorption),
             ("reflection", &self.reflection),
             ("caustics", &self.caustics),
+            ("reflective_caustics", &self.reflective_caustics),
             ("shadows", &self.shadows),
             ("deferred_refraction", &self.deferred_refraction),
+            ("mirror_images", &self.mirror_images),
             ("receivers", &self.receivers),
             ("point_or_spot_lights", &self.point_or_spot_lights),
             ("coloured_light", &self.coloured_light),
@@ -116,6 +125,7 @@ fn listed(mut names: Vec<String>) -> String {
 }
 
 const NO_REFRACTOR: &str = "no object transmits light";
+const NO_MIRROR: &str = "no object is of polished metal";
 
 /// What the single questions have in common.
 struct Survey<'a> {
@@ -123,8 +133,9 @@ struct Survey<'a> {
     /// Lights that give any light at all.
     lights: Vec<&'a Light>,
     refractors: Vec<usize>,
-    /// Refractors that a light may reach.
-    lit_refractors: Vec<usize>,
+    mirrors: Vec<usize>,
+    /// Refractors and mirrors that a light may reach without detour.
+    lit_casters: Vec<usize>,
     /// Opaque objects that a light may reach without detour.
     lit_opaque: Vec<usize>,
 }
@@ -138,12 +149,12 @@ impl<'a> Survey<'a> {
             let sphere = Sphere::around(scene, *i);
             lights.iter().any(|light| sphere.is_some_and(|s| s.may_be_lit(&light.shape)))
         };
-        let refractors: Vec<usize> = scene.refractors().filter(has_faces).collect();
         Self {
             scene,
-            lit_refractors: refractors.iter().copied().filter(lit).collect(),
+            refractors: scene.refractors().filter(has_faces).collect(),
+            mirrors: scene.mirrors().filter(has_faces).collect(),
+            lit_casters: scene.casters().filter(has_faces).filter(lit).collect(),
             lit_opaque: scene.opaque().filter(has_faces).filter(lit).collect(),
-            refractors,
             lights,
         }
     }
@@ -202,33 +213,47 @@ impl<'a> Survey<'a> {
             (n > 1.0 || m.dispersion.is_dispersive())
                 .then(|| format!("reflects {:.1} % at normal incidence", at_normal * 100.0))
         });
-        let metals: Vec<usize> =
-            self.scene.opaque().filter(|&i| self.scene.material_of(i).metallic > 0.5).collect();
-        let mut effect = match &reasons[..] {
+        match &reasons[..] {
             [] if self.refractors.is_empty() => off(NO_REFRACTOR),
             [] => off("every refractor has the index of vacuum"),
             _ => on(listed(reasons)),
-        };
-        if !metals.is_empty() {
-            effect.reason += &format!("; metal {} is treated as opaque", self.names(&metals));
+        }
+    }
+
+    fn caustics(&self) -> Effect {
+        self.caustics_of(&self.refractors, NO_REFRACTOR)
+    }
+
+    fn reflective_caustics(&self) -> Effect {
+        let mut effect = self.caustics_of(&self.mirrors, NO_MIRROR);
+        let material = |i: usize| self.scene.material_of(i);
+        let rough: Vec<usize> = self.scene.matt().filter(|&i| material(i).is_metal()).collect();
+        if !rough.is_empty() {
+            effect.reason += &format!("; rough metal {} is treated as matt", self.names(&rough));
         }
         effect
     }
 
-    fn caustics(&self) -> Effect {
-        if self.refractors.is_empty() {
-            return off(NO_REFRACTOR);
+    /// Whether any of these refractors or mirrors may send light to a matt object.
+    fn caustics_of(&self, casters: &[usize], none: &str) -> Effect {
+        if casters.is_empty() {
+            return off(none);
         }
         if let Some(dark) = self.no_light() {
             return dark;
         }
-        if self.lit_refractors.is_empty() {
-            return off(format!("no light reaches {}", self.names(&self.refractors)));
+        if self.lit_casters.is_empty() {
+            return off(format!("no light reaches {}", self.names(casters)));
         }
-        if self.scene.opaque().next().is_none() {
-            return off("no opaque object to land on");
+        if self.scene.matt().next().is_none() {
+            return off("no matt object to land on");
         }
-        on(format!("{} in light", self.names(&self.lit_refractors)))
+        let lit: Vec<usize> = casters.iter().copied().filter(|i| self.lit_casters.contains(i)).collect();
+        if lit.is_empty() {
+            let detour = self.names(&self.lit_casters);
+            return on(format!("{} may be lit by way of {detour}", self.names(casters)));
+        }
+        on(format!("{} in light", self.names(&lit)))
     }
 
     fn shadows(&self) -> Effect {
@@ -237,6 +262,9 @@ impl<'a> Survey<'a> {
         }
         if self.lit_opaque.is_empty() {
             return off("no opaque object in light");
+        }
+        if self.scene.matt().next().is_none() {
+            return off("no matt object for a shadow to fall on");
         }
         let opaque: Vec<usize> = self.scene.opaque().collect();
         // A single flat surface cannot shade itself.
@@ -261,36 +289,44 @@ impl<'a> Survey<'a> {
     }
 
     fn deferred_refraction(&self) -> Effect {
-        if self.refractors.is_empty() {
-            return off(NO_REFRACTOR);
+        self.seen_by_a_camera(&self.refractors, NO_REFRACTOR, "no camera sees a refractor")
+    }
+
+    fn mirror_images(&self) -> Effect {
+        self.seen_by_a_camera(&self.mirrors, NO_MIRROR, "no camera sees a mirror")
+    }
+
+    fn seen_by_a_camera(&self, objects: &[usize], none: &str, unseen: &str) -> Effect {
+        if objects.is_empty() {
+            return off(none);
         }
         if self.scene.cameras.is_empty() {
             return off("no camera");
         }
         let seen = |camera: &Camera| -> Vec<usize> {
             let in_view = |&i: &usize| Sphere::around(self.scene, i).is_some_and(|s| s.may_be_seen(camera));
-            self.refractors.iter().copied().filter(in_view).collect()
+            objects.iter().copied().filter(in_view).collect()
         };
         let reasons = self.scene.cameras.iter().filter_map(|camera| {
             let seen = seen(camera);
             (!seen.is_empty()).then(|| format!("`{}` sees {}", camera.name, self.names(&seen)))
         });
-        on_if_any(reasons.collect(), "no camera sees a refractor")
+        on_if_any(reasons.collect(), unseen)
     }
 
     fn receivers(&self) -> Effect {
         let all: Vec<usize> = self.scene.receivers().collect();
         if all.is_empty() {
-            return off("no opaque object has texture coordinates");
+            return off("no matt object has texture coordinates");
         }
         if let Some(dark) = self.no_light() {
             return dark;
         }
-        if !self.lit_refractors.is_empty() {
+        if !self.lit_casters.is_empty() {
             return on(format!(
                 "{} may catch light from {}",
                 self.names(&all),
-                self.names(&self.lit_refractors)
+                self.names(&self.lit_casters)
             ));
         }
         let lit: Vec<usize> = all.iter().copied().filter(|i| self.lit_opaque.contains(i)).collect();

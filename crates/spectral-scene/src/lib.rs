@@ -19,6 +19,6 @@ pub use effects::{Effect, Effects};
 pub use gltf::{LoadError, SaveError, Warning, load, load_bytes, to_glb};
 pub use open::{OpenError, open};
 pub use scene::*;
-pub use select::{ReceiverError, WorldMesh};
+pub use select::{MIRROR_ROUGHNESS, ReceiverError, WorldMesh};
 pub use topology::Topology;
 pub use validate::{SceneCounts, SceneError};

@@ -57,11 +57,13 @@ pub struct Object {
 pub struct Material {
     /// Name for messages.
     pub name: String,
-    /// Diffuse reflectance in linear sRGB, upsampled smoothly where a spectrum is needed.
+    /// Diffuse reflectance, or a mirror's reflectance at normal incidence, in linear sRGB; upsampled smoothly where a
+    /// spectrum is needed.
     pub base_color: [f64; 3],
-    /// 1 for metal, 0 for dielectric (glTF metallicFactor).
+    /// 1 for metal, 0 for dielectric (glTF metallicFactor); see [`Material::is_mirror`].
     pub metallic: f64,
-    /// Perceptual roughness; refractors are treated as smooth whatever it says (with a warning at load).
+    /// Perceptual roughness; refractors are treated as smooth whatever it says, metal as a mirror or as matt (with a
+    /// warning at load).
     pub roughness: f64,
     /// Share of light that is transmitted rather than diffusely reflected; above 0 the material is a refractor.
     pub transmission: f64,
@@ -173,6 +175,6 @@ pub struct IrradianceMaps {
     pub direct: Vec<[f32; 3]>,
     /// Light that entered glass and left again, or landed inside it.
     pub refracted: Vec<[f32; 3]>,
-    /// Light that left at its first outside reflection.
+    /// Light that left glass at its first outside reflection, or was reflected by a mirror before it met glass.
     pub reflected: Vec<[f32; 3]>,
 }

@@ -1,4 +1,4 @@
-//! Which objects refract, which can be baked onto, and an object's mesh in world space.
+//! Which objects refract, mirror or can be baked onto, and an object's mesh in world space.
 
 use glam::{DMat3, DVec3};
 
@@ -9,7 +9,24 @@ impl Material {
     pub fn is_refractor(&self) -> bool {
         self.transmission > 0.0
     }
+
+    /// Opaque and metal: glTF's metallicFactor is above one half. There is nothing between metal and not metal here.
+    pub fn is_metal(&self) -> bool {
+        self.metallic > 0.5 && !self.is_refractor()
+    }
+
+    /// Metal of roughness below [`MIRROR_ROUGHNESS`]: a mirror on both of its sides.
+    ///
+    /// It reflects specularly, as if perfectly smooth, by Schlick's approximation of Fresnel's equations as glTF 2.0 has
+    /// it (appendix B.3.4): F = F0 + (1 - F0) (1 - cos)^5, F0 being the base colour at the wavelength; the rest is
+    /// absorbed. It has no diffuse part: light does not land on it, and it shows what it reflects. Rougher metal is matt.
+    pub fn is_mirror(&self) -> bool {
+        self.is_metal() && self.roughness < MIRROR_ROUGHNESS
+    }
 }
+
+/// Metal of this glTF roughness or more is matt, below it is a mirror.
+pub const MIRROR_ROUGHNESS: f64 = 0.25;
 
 /// Why no object can serve as the receiver that was asked for.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -31,6 +48,16 @@ pub enum ReceiverError {
         /// Names that would have worked.
         receivers: Vec<String>,
     },
+    /// Nothing lands on a mirror.
+    #[error("`{name}` is made of the polished metal `{material}`, a receiver is matt; {}", list(.receivers))]
+    Mirror {
+        /// The name asked for.
+        name: String,
+        /// The material's name.
+        material: String,
+        /// Names that would have worked.
+        receivers: Vec<String>,
+    },
     /// Light passes through glass; only opaque surfaces are baked.
     #[error("`{name}` is made of the refracting material `{material}`, a receiver is opaque; {}", list(.receivers))]
     Refractor {
@@ -45,7 +72,7 @@ pub enum ReceiverError {
 
 fn list(receivers: &[String]) -> String {
     match receivers {
-        [] => "the scene has no opaque object with texture coordinates".into(),
+        [] => "the scene has no matt object with texture coordinates".into(),
         names => format!("receivers in the scene: {}", names.join(", ")),
     }
 }
@@ -56,14 +83,30 @@ impl Scene {
         (0..self.objects.len()).filter(|&i| self.material_of(i).is_refractor())
     }
 
-    /// Objects that block light, as indices into [`Scene::objects`].
+    /// Objects that are mirrors, as indices into [`Scene::objects`].
+    pub fn mirrors(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.objects.len()).filter(|&i| self.material_of(i).is_mirror())
+    }
+
+    /// Objects that throw caustics, refractors and mirrors, as indices into [`Scene::objects`].
+    pub fn casters(&self) -> impl Iterator<Item = usize> + '_ {
+        (0..self.objects.len())
+            .filter(|&i| self.material_of(i).is_refractor() || self.material_of(i).is_mirror())
+    }
+
+    /// Objects that light lands on, neither refractors nor mirrors, as indices into [`Scene::objects`].
+    pub fn matt(&self) -> impl Iterator<Item = usize> + '_ {
+        self.opaque().filter(|&i| !self.material_of(i).is_mirror())
+    }
+
+    /// Objects that block light, mirrors among them, as indices into [`Scene::objects`].
     pub fn opaque(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.objects.len()).filter(|&i| !self.material_of(i).is_refractor())
     }
 
-    /// Opaque objects with texture coordinates, as indices into [`Scene::objects`].
+    /// Matt objects with texture coordinates, as indices into [`Scene::objects`].
     pub fn receivers(&self) -> impl Iterator<Item = usize> + '_ {
-        self.opaque().filter(|&i| !self.meshes[self.objects[i].mesh].uvs.is_empty())
+        self.matt().filter(|&i| !self.meshes[self.objects[i].mesh].uvs.is_empty())
     }
 
     /// The object to bake onto: the first receiver whose own name, or else whose mesh's name, is `name`.
@@ -83,6 +126,9 @@ impl Scene {
             None => ReceiverError::Unknown { name, receivers },
             Some(i) if self.material_of(i).is_refractor() => {
                 ReceiverError::Refractor { name, material: self.material_of(i).name.clone(), receivers }
+            }
+            Some(i) if self.material_of(i).is_mirror() => {
+                ReceiverError::Mirror { name, material: self.material_of(i).name.clone(), receivers }
             }
             Some(_) => ReceiverError::NoUvs { name, receivers },
         })

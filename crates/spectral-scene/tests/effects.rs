@@ -127,12 +127,12 @@ fn shadows_and_caustics_fall_on_surfaces_without_texture_coordinates() {
     assert!(with.caustics.on && with.shadows.on);
     assert_eq!(
         without.receivers,
-        Effect { on: false, reason: "no opaque object has texture coordinates".into() }
+        Effect { on: false, reason: "no matt object has texture coordinates".into() }
     );
     // Glass alone has nothing to cast light onto.
     scene.objects.retain(|object| object.name != "receiver");
     let alone = Effects::required_by(&scene);
-    assert_eq!(alone.caustics, Effect { on: false, reason: "no opaque object to land on".into() });
+    assert_eq!(alone.caustics, Effect { on: false, reason: "no matt object to land on".into() });
     assert_eq!(alone.shadows, Effect { on: false, reason: "no opaque object in light".into() });
 }
 
@@ -179,9 +179,64 @@ fn what_is_not_simulated_is_said() {
     assert_eq!(effects.iridescence.reason, "not simulated yet, though `diamond` calls for it");
     assert!(!effects.rough_glass.on && !effects.iridescence.on);
     let wall = scene.materials.iter_mut().find(|m| m.name == "red").expect("a wall");
-    wall.metallic = 1.0;
-    let reason = Effects::required_by(&scene).reflection.reason;
-    assert!(reason.ends_with("; metal `wall-left` is treated as opaque"), "{reason}");
+    (wall.metallic, wall.roughness) = (1.0, MIRROR_ROUGHNESS);
+    let reason = "no object is of polished metal; rough metal `wall-left` is treated as matt";
+    assert_eq!(Effects::required_by(&scene).reflective_caustics, Effect { on: false, reason: reason.into() });
+    assert_eq!(scene.mirrors().count(), 0);
+}
+
+/// `name` as a mirror.
+fn polish(scene: &mut Scene, name: &str) {
+    let object = scene.objects.iter().position(|o| o.name == name).expect("it is there");
+    let mut material = scene.material_of(object).clone();
+    (material.metallic, material.roughness, material.transmission) = (1.0, 0.0, 0.0);
+    scene.materials.push(material);
+    scene.objects[object].material = scene.materials.len() - 1;
+}
+
+#[test]
+fn mirrors_throw_caustics_of_their_own() {
+    let mut scene = scene("sphere");
+    assert_eq!(Effects::required_by(&scene).reflective_caustics.reason, "no object is of polished metal");
+    assert_eq!(Effects::required_by(&scene).mirror_images.reason, "no object is of polished metal");
+    polish(&mut scene, "sphere");
+    assert_eq!(
+        on(&scene),
+        ["reflective_caustics", "shadows", "mirror_images", "receivers", "coloured_light"]
+    );
+    let effects = Effects::required_by(&scene);
+    assert_eq!(effects.reflective_caustics.reason, "`sphere` in light");
+    assert_eq!(effects.mirror_images.reason, "`camera` sees `sphere`");
+    assert_eq!(effects.receivers.reason, "`receiver` may catch light from `sphere`");
+    assert_eq!(effects.reflection.reason, "no object transmits light");
+
+    // Nothing lands on a mirror, and there is nothing else.
+    polish(&mut scene, "receiver");
+    let effects = Effects::required_by(&scene);
+    assert_eq!(effects.reflective_caustics.reason, "no matt object to land on");
+    assert!(!effects.reflective_caustics.on && !effects.receivers.on && !effects.shadows.on);
+    let refused = scene.receiver("receiver").expect_err("a mirror");
+    assert!(matches!(refused, ReceiverError::Mirror { .. }), "{refused}");
+}
+
+#[test]
+fn a_mirror_out_of_the_light_may_be_lit_by_way_of_glass() {
+    let mut scene = scene("glass");
+    polish(&mut scene, "wall-right");
+    assert!(Effects::required_by(&scene).reflective_caustics.on);
+    let glass = scene.refractors().next().expect("the glass");
+    let (low, high) = scene.bounds([glass]).expect("not empty");
+    let LightShape::Spot { position_m, direction, inner_cone_rad, outer_cone_rad, .. } =
+        &mut scene.lights[0].shape
+    else {
+        panic!("a spot")
+    };
+    *position_m = DVec3::new(0.0, 1.0, 0.0);
+    *direction = (0.5 * (low + high) - *position_m).normalize();
+    (*inner_cone_rad, *outer_cone_rad) = (0.001, 0.002);
+    let effects = Effects::required_by(&scene);
+    assert_eq!(effects.reflective_caustics.reason, "`wall-right` may be lit by way of `glass`");
+    assert!(effects.reflective_caustics.on);
 }
 
 #[test]

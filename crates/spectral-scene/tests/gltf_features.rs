@@ -252,6 +252,40 @@ fn glass_that_is_simulated_differently_says_so() {
     assert_eq!(scene.materials[0].dispersion.n_d(), 1.5);
 }
 
+#[test]
+fn metal_is_a_mirror_or_matt_and_what_is_rounded_says_so() {
+    let accessors = [("VEC3", 5126, 4, floats(&QUAD))];
+    let primitive = |material: usize| json!({"attributes": {"POSITION": 0}, "mode": 6, "material": material});
+    let primitives: Vec<Value> = (0..5).map(primitive).collect();
+    let mut source = document(&accessors, json!([{"mesh": 0}]), json!([{"primitives": primitives}]));
+    let material = |name: &str, metallic: f64, roughness: f64| json!({"name": name, "pbrMetallicRoughness": {"metallicFactor": metallic, "roughnessFactor": roughness}});
+    source["materials"] = json!([
+        material("polished", 1.0, 0.0),
+        material("brushed", 0.6, 0.24),
+        material("cast", 1.0, 0.25),
+        material("lacquer", 0.5, 0.0),
+        {"name": "bare"},
+    ]);
+    let (scene, warnings) = load_json(&source);
+    let metal: Vec<Warning> = warnings
+        .into_iter()
+        .filter(|w| matches!(w, Warning::NearlySmoothMetal { .. } | Warning::RoughMetal { .. }))
+        .collect();
+    assert_eq!(
+        metal,
+        [
+            Warning::NearlySmoothMetal { material: "brushed".into(), roughness: 0.24 },
+            Warning::RoughMetal { material: "cast".into(), roughness: 0.25 },
+            // glTF's material of nothing but defaults is metal as rough as can be.
+            Warning::RoughMetal { material: "bare".into(), roughness: 1.0 },
+        ]
+    );
+    assert_eq!(scene.mirrors().collect::<Vec<_>>(), [0, 1]);
+    assert_eq!(scene.casters().collect::<Vec<_>>(), [0, 1]);
+    assert_eq!(scene.matt().collect::<Vec<_>>(), [2, 3, 4]);
+    assert_eq!(scene.opaque().count(), 5);
+}
+
 /// A file made by other people's tools: see tests/assets/README.md at the root of the workspace.
 #[test]
 fn the_bunny_loads_with_all_it_says() {

@@ -59,7 +59,7 @@ fn a_scene_without_receiver_or_camera_says_so() {
     fs::write(folder.path().join("bare.glb"), spectral_scene::to_glb(&scene).expect("valid"))
         .expect("written");
     let text = spectral_in(folder.path(), "plan bare.glb").done().stdout;
-    assert!(text.contains("no plan for a bake: no opaque object has texture coordinates"), "{text}");
+    assert!(text.contains("no plan for a bake: no matt object has texture coordinates"), "{text}");
 }
 
 #[test]

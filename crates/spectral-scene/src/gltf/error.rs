@@ -72,6 +72,25 @@ pub enum Warning {
         /// Its glTF roughness.
         roughness: f64,
     },
+    /// Nearly smooth metal is simulated as smooth.
+    #[error("material `{material}` is metal of roughness {roughness}: it is simulated as a smooth mirror")]
+    NearlySmoothMetal {
+        /// The material's name.
+        material: String,
+        /// Its glTF roughness, below [`crate::MIRROR_ROUGHNESS`].
+        roughness: f64,
+    },
+    /// Rough metal is simulated as matt.
+    #[error(
+        "material `{material}` is metal of roughness {roughness}: it is simulated as matt, a mirror's is below {}",
+        crate::MIRROR_ROUGHNESS
+    )]
+    RoughMetal {
+        /// The material's name.
+        material: String,
+        /// Its glTF roughness.
+        roughness: f64,
+    },
     /// Thin-walled in glTF's terms (transmission without volume), solid here.
     #[error("material `{material}` transmits but has no volume: its real geometry is traced as solid glass")]
     ThinWalled {

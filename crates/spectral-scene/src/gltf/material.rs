@@ -116,6 +116,11 @@ pub(super) fn read(index: usize, material: &doc::Material) -> Result<(Material, 
         emissive: material.emissive_factor.unwrap_or([0.0; 3]).map(|c| c * strength),
         double_sided: material.double_sided,
     };
+    if material.is_mirror() && roughness > 0.0 {
+        warnings.push(Warning::NearlySmoothMetal { material: material.name.clone(), roughness });
+    } else if material.is_metal() && !material.is_mirror() {
+        warnings.push(Warning::RoughMetal { material: material.name.clone(), roughness });
+    }
     Ok((material, warnings))
 }
 
