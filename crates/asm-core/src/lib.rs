@@ -20,6 +20,7 @@ mod glass_view;
 mod lights;
 pub mod passes;
 mod render;
+mod renderer;
 mod resources;
 mod settings;
 pub mod shared;
@@ -32,6 +33,7 @@ pub use bake::{BakePlan, bake_plan};
 pub use error::PlanError;
 pub use passes::PASSES;
 pub use render::{Picture, RenderPlan, render_plan};
+pub use renderer::{AsmError, AsmRenderer, Updated};
 pub use settings::{
     Emission, GapFilling, GlassView, Interfaces, LandingUpdate, Method, RefractionRule, Settings, Splat,
 };

@@ -14,7 +14,7 @@ use crate::lights::{Purpose, REACH, Receivers};
 use crate::passes::shade::{Shade, Surface};
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
 use crate::statistics::{Books, Statistics};
-use crate::update::update;
+use crate::update::{structure_change, update, write_changes};
 use crate::view_fit::camera_view;
 use crate::{GlassView, PlanError, Settings, UpdateError, WorkingSpace};
 
@@ -210,6 +210,28 @@ impl RenderPlan {
         update(executor, &mut self.plan, next.plan)?;
         self.books = next.books;
         Ok(())
+    }
+
+    /// Whether [`RenderPlan::update`] can bring this plan to `next`.
+    pub(crate) fn has_structure_of(&self, next: &Self) -> bool {
+        structure_change(&self.plan, &next.plan).is_none()
+    }
+
+    /// As [`RenderPlan::update`], to a plan of this one's structure.
+    pub(crate) fn write_changes(
+        &mut self,
+        executor: &mut dyn Executor,
+        next: Self,
+    ) -> Result<(), ExecuteError> {
+        write_changes(executor, &mut self.plan, next.plan)?;
+        self.books = next.books;
+        Ok(())
+    }
+
+    /// The buffer that a frame leaves the picture in: XYZ and padding per pixel, f32, rows from the top.
+    #[must_use]
+    pub const fn picture(&self) -> ResourceId {
+        self.picture
     }
 
     /// What the last frame of `executor`, which runs this plan, left behind.

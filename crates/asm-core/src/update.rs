@@ -1,6 +1,6 @@
 //! Moving what a plan shows, without building it anew on the device.
 
-use frame_plan::{ExecuteError, Executor, ParamsId, Plan, ResourceId};
+use frame_plan::{ExecuteError, Executor, Params, ParamsId, Plan, Resource, ResourceId};
 
 /// Why a prepared plan could not be moved on to another one.
 #[derive(Debug, thiserror::Error)]
@@ -25,27 +25,42 @@ pub enum UpdateError {
 /// # Errors
 /// [`UpdateError::StructureChanged`] before anything is written.
 pub(crate) fn update(executor: &mut dyn Executor, current: &mut Plan, next: Plan) -> Result<(), UpdateError> {
-    let changed = |what: String| Err(UpdateError::StructureChanged { what });
+    if let Some(what) = structure_change(current, &next) {
+        return Err(UpdateError::StructureChanged { what });
+    }
+    Ok(write_changes(executor, current, next)?)
+}
+
+/// What differs first between two plans apart from their numbers: such plans cannot be moved on to each other.
+pub(crate) fn structure_change(current: &Plan, next: &Plan) -> Option<String> {
     if current.steps != next.steps {
         let same = current.steps.iter().zip(&next.steps).take_while(|(a, b)| a == b).count();
-        return changed(format!("step {same}"));
+        return Some(format!("step {same}"));
     }
     if current.resources.len() != next.resources.len() || current.params.len() != next.params.len() {
-        return changed("number of resources".into());
+        return Some("number of resources".into());
     }
-    for (a, b) in current.resources.iter().zip(&next.resources) {
-        let filled = |r: &frame_plan::Resource| r.initial.is_some();
-        if (&a.name, &a.kind, a.lifetime, a.readable, filled(a))
+    let filled = |r: &Resource| r.initial.as_ref().map(Vec::len);
+    let resource_differs = |(a, b): &(&Resource, &Resource)| {
+        (&a.name, &a.kind, a.lifetime, a.readable, filled(a))
             != (&b.name, &b.kind, b.lifetime, b.readable, filled(b))
-        {
-            return changed(format!("resource {}", b.name));
-        }
+    };
+    if let Some((_, b)) = current.resources.iter().zip(&next.resources).find(resource_differs) {
+        return Some(format!("resource {}", b.name));
     }
-    for (a, b) in current.params.iter().zip(&next.params) {
-        if (&a.name, a.stride_bytes, a.bytes.len()) != (&b.name, b.stride_bytes, b.bytes.len()) {
-            return changed(format!("params {}", b.name));
-        }
-    }
+    let params_differ = |(a, b): &(&Params, &Params)| {
+        (&a.name, a.stride_bytes, a.bytes.len()) != (&b.name, b.stride_bytes, b.bytes.len())
+    };
+    let (_, b) = current.params.iter().zip(&next.params).find(params_differ)?;
+    Some(format!("params {}", b.name))
+}
+
+/// As [`update`], between plans of one structure.
+pub(crate) fn write_changes(
+    executor: &mut dyn Executor,
+    current: &mut Plan,
+    next: Plan,
+) -> Result<(), ExecuteError> {
     for (i, (a, b)) in current.params.iter().zip(&next.params).enumerate() {
         if a.bytes != b.bytes {
             executor.set_params(ParamsId(i as u32), &b.bytes)?;

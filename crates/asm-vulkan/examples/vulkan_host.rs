@@ -8,7 +8,7 @@ use std::error::Error;
 
 use asm_core::Settings;
 use asm_vulkan::ash::{self, vk};
-use asm_vulkan::{AsmRenderer, HostImage, VulkanHost};
+use asm_vulkan::{ASM_PASSES, AsmRenderer, DisplayPass, HostImage, VulkanExecutor, VulkanHost};
 use spectral_core::display::{Display, ToneMap};
 
 const SIZE: [u32; 2] = [640, 360];
@@ -17,7 +17,7 @@ const FRAMES: u64 = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip(1);
-    let (scene, _) = spectral_scene::open(&arguments.next().unwrap_or_else(|| "sphere".into()))?;
+    let (mut scene, _) = spectral_scene::open(&arguments.next().unwrap_or_else(|| "sphere".into()))?;
     let file = arguments.next().unwrap_or_else(|| "host.png".into());
 
     // SAFETY, for all of this block: handles are the application's own and destroyed in the end, after the device is idle, those
@@ -35,8 +35,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             None,
         )?;
 
-        // Once per scene. The renderer gets the host's device and two frames that may be unfinished at once.
-        let mut caustics = AsmRenderer::from_host(VulkanHost {
+        // Once: the executor gets the host's device and two frames that may be unfinished at once, the display draws into
+        // targets of this format.
+        let lent = VulkanHost {
             instance: host.instance.clone(),
             physical_device: host.physical,
             device: host.device.clone(),
@@ -45,10 +46,9 @@ fn main() -> Result<(), Box<dyn Error>> {
             frames_in_flight: 2,
             robust_buffer_access2: false,
             fragment_stores_and_atomics: false,
-        })?;
-        caustics.prepare(&scene, 0, SIZE, &Settings::default())?;
-
-        // Every frame: the host's command buffer takes the caustics, and whatever the host draws before and after them.
+        };
+        let mut caustics = AsmRenderer::new(VulkanExecutor::from_host(lent, ASM_PASSES)?);
+        let mut pass = DisplayPass::new(caustics.executor(), FORMAT)?;
         let display = Display { exposure: 2.0, tone_map: ToneMap::Reinhard { white: 8.0 } };
         let target = HostImage {
             image,
@@ -61,12 +61,16 @@ fn main() -> Result<(), Box<dyn Error>> {
             layout_before: vk::ImageLayout::UNDEFINED,
             layout_after: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
         };
+        // Every frame: something moves, the host's command buffer takes the caustics, and whatever the host draws before and
+        // after them.
         for frame in 1..=FRAMES {
             // Two frames back must be finished, for its command buffer and for the renderer.
             host.wait(frame.saturating_sub(2))?;
+            scene.cameras[0].world_from_camera.w_axis.x += 0.002;
+            caustics.update(&scene, 0, SIZE, &Settings::default())?;
             let commands = host.commands[frame as usize % 2];
             host.device.begin_command_buffer(commands, &vk::CommandBufferBeginInfo::default())?;
-            caustics.record(commands, &target, &display)?;
+            pass.record_frame(&mut caustics, commands, &target, &display)?;
             if frame == FRAMES {
                 host.copy(commands, image, staging);
             }
@@ -74,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             host.submit(commands, frame)?;
         }
         host.wait(FRAMES)?;
-        drop(caustics);
+        drop((pass, caustics));
 
         let bytes = (SIZE[0] * SIZE[1] * 4) as usize;
         let mapped = host.device.map_memory(staging_memory, 0, bytes as u64, vk::MemoryMapFlags::empty())?;

@@ -3,12 +3,14 @@
 use std::sync::Arc;
 
 use ash::vk;
+use asm_core::AsmError;
 use asm_core::display::DisplayParams;
 use frame_plan::spirv::SpirvModule;
 use frame_plan::{ExecuteError, ResourceId};
 use gpu_allocator::MemoryLocation;
 use spectral_core::display::Display;
 
+use crate::AsmRenderer;
 use crate::barrier::{Access, color_image};
 use crate::command::set_viewport;
 use crate::descriptor::{self, Entry};
@@ -77,10 +79,40 @@ impl DisplayPass {
         })
     }
 
-    /// The format of its targets.
-    #[must_use]
-    pub const fn format(&self) -> vk::Format {
-        self.format
+    /// Record a frame of the renderer's prepared picture, and its display in `target` (level 0 of layer 0, through its view),
+    /// into a host's command buffer.
+    ///
+    /// # Errors
+    /// If nothing is prepared, `target` has no view or another format, or the device failed.
+    ///
+    /// # Safety
+    /// As [`DisplayPass::record`].
+    pub unsafe fn record_frame(
+        &mut self,
+        renderer: &mut AsmRenderer,
+        commands: vk::CommandBuffer,
+        target: &HostImage,
+        display: &Display,
+    ) -> Result<(), AsmError> {
+        // The target first: if it does not fit, nothing is recorded.
+        self.view_of(target)?;
+        let render = renderer.prepared().ok_or_else(ExecuteError::nothing_prepared)?;
+        let picture = (render.picture(), render.size);
+        let executor = renderer.executor();
+        // SAFETY: as the function demands; the display is recorded once, after the frame.
+        unsafe {
+            executor.record(commands)?;
+            Ok(self.record(executor, commands, picture, target, display)?)
+        }
+    }
+
+    fn view_of(&self, target: &HostImage) -> Result<vk::ImageView, ExecuteError> {
+        target.view.filter(|_| target.format == self.format).ok_or_else(|| {
+            ExecuteError::Usage(format!(
+                "a display needs a view of {:?}, got {:?} of {:?}",
+                self.format, target.view, target.format
+            ))
+        })
     }
 
     /// Record the drawing of `picture` (a buffer of the prepared plan: XYZ and padding per pixel, f32, rows from the top, `size`
@@ -100,12 +132,7 @@ impl DisplayPass {
         target: &HostImage,
         display: &Display,
     ) -> Result<(), ExecuteError> {
-        let Some(view) = target.view.filter(|_| target.format == self.format) else {
-            return Err(ExecuteError::Usage(format!(
-                "a display needs a view of {:?}, got {:?} of {:?}",
-                self.format, target.view, target.format
-            )));
-        };
+        let view = self.view_of(target)?;
         let buffer = executor.use_buffer(commands, picture, vk::PipelineStageFlags2::FRAGMENT_SHADER)?;
         let place = executor.last_place();
         let params = DisplayParams::new(display, size, target.size, !is_srgb(self.format));

@@ -11,7 +11,7 @@
 //! asm-core.
 //!
 //! [`AsmRenderer`] is for applications that want caustics and nothing else: it makes asm-core's plans and runs them, and
-//! [`DisplayPass`] brings a picture to an image of the host's.
+//! [`DisplayPass`] records them into a host's command buffer and brings the picture to an image of the host's.
 //!
 //! Examples: `vulkan_headless` bakes without a window, `vulkan_host` puts caustics into another application's frame. Tests need a device, and
 //! fail without one unless `SPECTRAL_ALLOW_SKIP=1`; `SPECTRAL_ADAPTER` chooses one by part of its name. They run with Khronos'
@@ -31,7 +31,6 @@ mod executor;
 mod object;
 mod pipeline;
 mod readback;
-mod renderer;
 mod resources;
 mod timing;
 mod upload;
@@ -45,8 +44,10 @@ pub use ash;
 pub use device::VulkanHost;
 pub use display::DisplayPass;
 pub use executor::VulkanExecutor;
-pub use renderer::{AsmError, AsmRenderer};
 pub use resources::{HostBuffer, HostImage};
+
+/// asm-core's renderer on Vulkan: `AsmRenderer::new(VulkanExecutor::new(ASM_PASSES, &options)?)`.
+pub type AsmRenderer = asm_core::AsmRenderer<VulkanExecutor>;
 
 /// asm-core's passes with their SPIR-V, compiled when this crate was built.
 pub const ASM_PASSES: SpirvPasses = SpirvPasses {

@@ -3,17 +3,19 @@
 //! It has no window: at the end it writes what its texture holds to a PNG file.
 //! `cargo run -p asm-wgpu --example host [SCENE] [FILE.png]`
 
-use asm_core::Settings;
-use asm_wgpu::{AsmRenderer, wgpu};
+use asm_core::{PASSES, Settings};
+use asm_wgpu::{AsmRenderer, DisplayPass, WgpuExecutor, wgpu};
 use spectral_core::display::{Display, ToneMap};
 
 const SIZE: [u32; 2] = [640, 360];
+const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
+const FRAMES: u32 = 5;
 /// Bytes of a row of the target: a multiple of 256, as copies from textures need it.
 const ROW_BYTES: u32 = SIZE[0] * 4;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
-    let (scene, _) = spectral_scene::open(&arguments.next().unwrap_or_else(|| "sphere".into()))?;
+    let (mut scene, _) = spectral_scene::open(&arguments.next().unwrap_or_else(|| "sphere".into()))?;
     let file = arguments.next().unwrap_or_else(|| "host.png".into());
 
     // The host's own device and target.
@@ -26,21 +28,23 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba8UnormSrgb,
+        format: FORMAT,
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
     let view = target.create_view(&wgpu::TextureViewDescriptor::default());
 
-    // Once per scene.
-    let mut caustics = AsmRenderer::from_host(device.clone(), queue.clone());
-    caustics.prepare(&scene, 0, SIZE, &Settings::default())?;
-
-    // Every frame: the host's encoder takes the caustics, and whatever the host draws before and after them.
+    // Once: the executor runs on the host's device, the display draws into targets of this format.
+    let mut caustics = AsmRenderer::new(WgpuExecutor::from_host(device.clone(), queue.clone(), PASSES));
+    let mut pass = DisplayPass::new(&device, FORMAT);
     let display = Display { exposure: 2.0, tone_map: ToneMap::Reinhard { white: 8.0 } };
-    for _ in 0..3 {
+
+    // Every frame: something moves, the host's encoder takes the caustics, and whatever the host draws before and after them.
+    for _ in 0..FRAMES {
+        scene.cameras[0].world_from_camera.w_axis.x += 0.002;
+        caustics.update(&scene, 0, SIZE, &Settings::default())?;
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        caustics.record(&mut encoder, &view, &display)?;
+        pass.record_frame(&mut caustics, &mut encoder, &view, &display)?;
         queue.submit([encoder.finish()]);
     }
 

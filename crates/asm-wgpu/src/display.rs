@@ -1,13 +1,17 @@
 //! From a picture in a buffer to a texture of the host's.
 
+use asm_core::AsmError;
 use asm_core::display::{DISPLAY_WGSL, DisplayParams};
+use frame_plan::ExecuteError;
 use spectral_core::display::Display;
+
+use crate::AsmRenderer;
 
 /// Draws a picture of XYZ radiance into a texture view of any renderable format, as [`spectral_core::display`] does on the CPU.
 pub struct DisplayPass {
     pipeline: wgpu::RenderPipeline,
     params: wgpu::Buffer,
-    encode: bool,
+    format: wgpu::TextureFormat,
     /// The last picture's buffer and its bind group.
     bound: Option<(wgpu::Buffer, wgpu::BindGroup)>,
 }
@@ -47,7 +51,33 @@ impl DisplayPass {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        Self { pipeline, params, encode: !format.is_srgb(), bound: None }
+        Self { pipeline, params, format, bound: None }
+    }
+
+    /// Record a frame of the renderer's prepared picture, and its display in `target` (level 0 of its texture), into a host's
+    /// encoder.
+    ///
+    /// # Errors
+    /// If nothing is prepared, `target` has another format, or the device failed.
+    pub fn record_frame(
+        &mut self,
+        renderer: &mut AsmRenderer,
+        encoder: &mut wgpu::CommandEncoder,
+        target: &wgpu::TextureView,
+        display: &Display,
+    ) -> Result<(), AsmError> {
+        let format = target.texture().format();
+        if format != self.format {
+            let problem = format!("a display for {:?} cannot draw into {format:?}", self.format);
+            return Err(ExecuteError::Usage(problem).into());
+        }
+        let render = renderer.prepared().ok_or_else(ExecuteError::nothing_prepared)?;
+        let (picture, size) = (render.picture(), render.size);
+        let executor = renderer.executor();
+        executor.record(encoder)?;
+        let picture = executor.buffer(picture).ok_or_else(ExecuteError::nothing_prepared)?;
+        self.record(executor.device(), executor.queue(), encoder, (picture, size), target, display);
+        Ok(())
     }
 
     /// Record the drawing of `picture` (XYZ and padding per pixel, f32, rows from the top, `size` pixels) over the whole of
@@ -63,7 +93,7 @@ impl DisplayPass {
         display: &Display,
     ) {
         let target_size = [target.texture().width(), target.texture().height()];
-        let params = DisplayParams::new(display, size, target_size, self.encode);
+        let params = DisplayParams::new(display, size, target_size, !self.format.is_srgb());
         queue.write_buffer(&self.params, 0, bytemuck::bytes_of(&params));
         let group = self.bind(device, picture);
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {

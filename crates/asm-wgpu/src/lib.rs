@@ -6,7 +6,7 @@
 //! translation of formats and states (`conv`).
 //!
 //! [`AsmRenderer`] is for applications that want caustics and nothing else: it makes asm-core's plans and runs them, and
-//! [`DisplayPass`] brings a picture to a texture of the host's.
+//! [`DisplayPass`] records them into a host's encoder and brings the picture to a texture of the host's.
 //!
 //! Examples: `headless` bakes without a window, `host` puts caustics into another application's frame. Tests need a device, and
 //! fail without one unless `SPECTRAL_ALLOW_SKIP=1`; `SPECTRAL_ADAPTER` chooses one by part of its name.
@@ -19,12 +19,13 @@ mod display;
 mod executor;
 mod pipeline;
 mod readback;
-mod renderer;
 mod resources;
 mod timing;
 
 pub use adapter::{WgpuOptions, adapters};
 pub use display::DisplayPass;
 pub use executor::WgpuExecutor;
-pub use renderer::{AsmError, AsmRenderer};
 pub use wgpu;
+
+/// asm-core's renderer on wgpu: `AsmRenderer::new(WgpuExecutor::new(asm_core::PASSES, &options)?)`.
+pub type AsmRenderer = asm_core::AsmRenderer<WgpuExecutor>;
