@@ -1,5 +1,6 @@
 //! The project's own commands: `cargo xtask compare`, `test`, `driver` and `gallery`, one file or folder each.
 
+mod bench;
 mod compare;
 mod driver;
 mod gallery;
@@ -22,6 +23,7 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
+    Bench(bench::Args),
     Compare(compare::Args),
     Driver(driver::Args),
     Gallery(gallery::Args),
@@ -30,6 +32,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let result = match Cli::parse().command {
+        Command::Bench(args) => bench::run(&args),
         Command::Compare(args) => compare::run(&args),
         Command::Driver(args) => driver::run(&args),
         Command::Gallery(args) => gallery::run(&args),

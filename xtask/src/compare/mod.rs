@@ -5,9 +5,8 @@ mod controls;
 mod pictures;
 mod report;
 
-use std::env;
 use std::path::PathBuf;
-use std::process::{Command, ExitCode};
+use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
@@ -20,9 +19,6 @@ use xtask::subject::Subject;
 
 use crate::{driver, paths, test};
 use report::{ExecutorEntry, Report, Status};
-
-/// Set for the process that compares, which must have a driver's variables from its start: says what driver there is.
-const DRIVER_MARK: &str = "SPECTRAL_XTASK_DRIVER";
 
 /// Compare all executors with each other and with the oracle; writes report.html and report.json.
 #[derive(clap::Args)]
@@ -102,8 +98,8 @@ struct Contender {
 /// # Errors
 /// Unknown scenes, an unwritable folder. What the comparison itself finds is the report's, and the exit code's.
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
-    let Some(driver) = env::var(DRIVER_MARK).ok() else {
-        return with_driver();
+    let Some(missing) = driver::in_environment() else {
+        return driver::restart();
     };
     let start = Instant::now();
     let subjects = subjects(args)?;
@@ -112,7 +108,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     // Before minutes of work, not after.
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot create {}", args.out.display()))?;
     let effort = if args.quick { Effort::QUICK } else { Effort::FULL };
-    let mut contenders = contenders(&driver);
+    let mut contenders = contenders(&missing);
     let mut report = Report {
         executors: Vec::new(),
         sabotage: args.sabotage,
@@ -153,26 +149,6 @@ fn finish(report: &Report, args: &Args) -> Result<ExitCode> {
     Ok(if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
-/// Start this program again with a driver in its environment: the Vulkan loader reads that once.
-fn with_driver() -> Result<ExitCode> {
-    let driver = driver::find_or_fetch(false)?;
-    let available = !driver.adapters.is_empty();
-    eprintln!("{}: {}", if available { "Vulkan driver" } else { "warning" }, driver.description);
-    let program = env::current_exe().context("where this program lies is unknown")?;
-    let status = Command::new(&program)
-        .args(env::args_os().skip(1))
-        .envs(driver.environment.iter().map(|(name, value)| (name, value)))
-        .env(DRIVER_MARK, if available { "" } else { driver.description.as_str() })
-        .status()
-        .with_context(|| format!("cannot start {}", program.display()))?;
-    Ok(match status.code() {
-        Some(0) => ExitCode::SUCCESS,
-        // Usage errors keep their code; whatever took the process down is a failure.
-        Some(2) => ExitCode::from(2),
-        _ => ExitCode::FAILURE,
-    })
-}
-
 fn subjects(args: &Args) -> Result<Vec<Subject>> {
     let names: Vec<&str> = match (args.scenes.as_slice(), args.quick) {
         ([], false) => Subject::names().collect(),
@@ -190,8 +166,8 @@ fn subjects(args: &Args) -> Result<Vec<Subject>> {
     Ok(subjects)
 }
 
-/// Start every executor that can be started; `driver` says why there may be no device, or is empty.
-fn contenders(driver: &str) -> Vec<Contender> {
+/// Start every executor that can be started; `missing` says why there may be no device, or is empty.
+fn contenders(missing: &str) -> Vec<Contender> {
     let contender = |candidate: &xtask::executors::Candidate| {
         let mut entry = ExecutorEntry {
             id: candidate.id,
@@ -213,9 +189,9 @@ fn contenders(driver: &str) -> Vec<Contender> {
                 Some(executor)
             }
             Err(error) => {
-                let missing = matches!(error, ExecuteError::NoDevice { .. });
-                entry.status = if missing { Status::Skipped } else { Status::Failed };
-                let hint = if driver.is_empty() { String::new() } else { format!("; {driver}") };
+                let no_device = matches!(error, ExecuteError::NoDevice { .. });
+                entry.status = if no_device { Status::Skipped } else { Status::Failed };
+                let hint = if missing.is_empty() { String::new() } else { format!("; {missing}") };
                 entry.reason = Some(format!("{error}{hint}"));
                 None
             }

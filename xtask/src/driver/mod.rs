@@ -13,9 +13,9 @@ mod probe;
 use std::env;
 use std::ffi::OsString;
 use std::path::Path;
-use std::process::ExitCode;
+use std::process::{Command, ExitCode};
 
-use anyhow::Result;
+use anyhow::{Context, Result};
 
 use crate::paths;
 use private_copy::PrivateCopy;
@@ -23,6 +23,9 @@ use private_copy::PrivateCopy;
 /// What a machine without any driver is told.
 const REMEDY: &str = "install a Vulkan driver and loader: mesa-vulkan-drivers libvulkan1 (Debian, Ubuntu), \
      mesa-vulkan-drivers vulkan-loader (Fedora), vulkan-swrast vulkan-icd-loader (Arch, Alpine)";
+
+/// Set for a process that has a driver's variables from its start: why there is no driver, or empty.
+const MISSING: &str = "SPECTRAL_XTASK_DRIVER";
 
 /// Find a Vulkan driver, or fetch Mesa's software driver into target/driver.
 #[derive(clap::Args)]
@@ -70,6 +73,34 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         println!("environment: {name}={}", value.display());
     }
     Ok(ExitCode::SUCCESS)
+}
+
+/// Why this process, which [`restart`] started, has no driver: empty if it has one. None if nobody has looked for one yet.
+pub(crate) fn in_environment() -> Option<String> {
+    env::var(MISSING).ok()
+}
+
+/// Start this program again with a driver in its environment: the Vulkan loader reads that once.
+///
+/// # Errors
+/// Only where this program cannot start itself.
+pub(crate) fn restart() -> Result<ExitCode> {
+    let driver = find_or_fetch(false)?;
+    let available = !driver.adapters.is_empty();
+    eprintln!("{}: {}", if available { "Vulkan driver" } else { "warning" }, driver.description);
+    let program = env::current_exe().context("where this program lies is unknown")?;
+    let status = Command::new(&program)
+        .args(env::args_os().skip(1))
+        .envs(driver.environment.iter().map(|(name, value)| (name, value)))
+        .env(MISSING, if available { "" } else { driver.description.as_str() })
+        .status()
+        .with_context(|| format!("cannot start {}", program.display()))?;
+    Ok(match status.code() {
+        Some(0) => ExitCode::SUCCESS,
+        // Usage errors keep their code; whatever took the process down is a failure.
+        Some(2) => ExitCode::from(2),
+        _ => ExitCode::FAILURE,
+    })
 }
 
 /// Find a driver that loads; with `fetch`, or where there is none, get a private copy.

@@ -1,0 +1,116 @@
+//! `cargo xtask bench`: the tables 2 and 3 of Blanchette & Agu 2013, measured here on every executor.
+//!
+//! What is compared is measured in turns, in one run, on one device: shared machines slow down and speed up, ratios stay.
+
+mod coverage;
+mod frames;
+mod objects;
+mod report;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail};
+use asm_core::{Method, Settings};
+use frame_plan::{ExecuteError, Executor};
+use spectral_cli::values::Size;
+use xtask::executors::{Candidate, EXECUTORS};
+
+use crate::{driver, paths};
+use report::{ExecutorTables, Report};
+
+/// Measure milliseconds per frame: five objects by three methods, and cost against the share of the light's view.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// An executor: cpu, wgpu or vulkan; all of them by default. May be repeated.
+    #[arg(long = "executor", value_name = "ID")]
+    executors: Vec<String>,
+    /// An object of the first table, by its scene's name; all five by default. May be repeated.
+    #[arg(long = "object", value_name = "SCENE")]
+    objects: Vec<String>,
+    /// Pixels across and down a frame.
+    #[arg(long, default_value = "640x360")]
+    size: Size,
+    /// How often each is measured; the median counts.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    rounds: u32,
+    /// Where the report goes.
+    #[arg(long, value_name = "DIR", default_value_os_t = paths::target().join("bench"))]
+    out: PathBuf,
+}
+
+/// A method with a number of wavelengths: a column.
+#[derive(Clone, Copy)]
+struct Column {
+    name: &'static str,
+    method: Method,
+    wavelengths: u32,
+}
+
+/// The columns of the paper's Table 2. Ratios are to the first.
+const COLUMNS: [Column; 3] = [
+    Column { name: "ACM", method: Method::Acm, wavelengths: 1 },
+    Column { name: "ASM 7", method: Method::Asm, wavelengths: 7 },
+    Column { name: "ASM 21", method: Method::Asm, wavelengths: 21 },
+];
+
+impl Column {
+    fn settings(self) -> Settings {
+        Settings { wavelengths: Some(self.wavelengths), ..Settings::of(self.method) }
+    }
+}
+
+/// Measure, write `bench.json` and `bench.md`, print the tables.
+///
+/// # Errors
+/// Unknown names, an unwritable folder, an executor that fails on the way.
+pub(crate) fn run(args: &Args) -> Result<ExitCode> {
+    let Some(missing) = driver::in_environment() else {
+        return driver::restart();
+    };
+    let objects = objects::named(&args.objects)?;
+    let candidates = candidates(&args.executors)?;
+    std::fs::create_dir_all(&args.out).with_context(|| format!("cannot create {}", args.out.display()))?;
+    let mut report =
+        Report { size: args.size, rounds: args.rounds, executors: Vec::new(), skipped: Vec::new() };
+    for candidate in candidates {
+        match open(candidate) {
+            Ok(turns) => report.executors.push(tables(turns, &objects, args).context(candidate.id)?),
+            Err(ExecuteError::NoDevice { reason, .. }) => {
+                let hint = if missing.is_empty() { String::new() } else { format!("; {missing}") };
+                eprintln!("{}: skipped: {reason}{hint}", candidate.id);
+                report.skipped.push((candidate.id.to_owned(), reason));
+            }
+            Err(error) => bail!(error),
+        }
+    }
+    println!("{}", report.write(&args.out)?);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// One executor per column, so that columns can take turns without being prepared anew.
+type Turns = [Box<dyn Executor>; COLUMNS.len()];
+
+fn open(candidate: &Candidate) -> Result<Turns, ExecuteError> {
+    Ok([(candidate.open)()?, (candidate.open)()?, (candidate.open)()?])
+}
+
+fn tables(mut turns: Turns, objects: &[objects::Subject], args: &Args) -> Result<ExecutorTables> {
+    let device = turns[0].info().clone();
+    eprintln!("{}: {}, {}", device.executor, device.device, device.driver);
+    let objects = objects::measure(&mut turns, objects, args)?;
+    let coverage = coverage::measure(&mut turns, args)?;
+    Ok(ExecutorTables { device, objects, coverage })
+}
+
+fn candidates(ids: &[String]) -> Result<Vec<&'static Candidate>> {
+    if ids.is_empty() {
+        return Ok(EXECUTORS.iter().collect());
+    }
+    let known = || EXECUTORS.iter().map(|c| c.id).collect::<Vec<_>>().join(", ");
+    let find = |id: &String| {
+        let found = EXECUTORS.iter().find(|c| c.id == id);
+        found.with_context(|| format!("--executor {id}: no such executor; there are {}", known()))
+    };
+    ids.iter().map(find).collect()
+}
