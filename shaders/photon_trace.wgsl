@@ -10,8 +10,8 @@ struct PhotonTrace {
     emission_view: u32,
     landing_view: u32,
     landing_faces: u32,
-    first_band: u32,          // of this light, in `bands` and `ledger`
-    materials: u32,           // row length of `optics`
+    first_band: u32,          // first row of this light, in `bands`, `optics` and `ledger`
+    materials: u32,           // row length of `bands` and `optics`
     interfaces: u32,          // 1: only the entry refracts (Shah); 2: the exit too
     exit_iterations: u32,
     landing_iterations: u32,
@@ -38,6 +38,7 @@ const EMISSION_QUEUE: u32 = 1u; // tiles that `queue` holds
 const LANDING_DISTANCE: u32 = 0u; // Shah's update: the distance of the surface point below the last guess
 const LANDING_PLANE: u32 = 1u;    // the ray against the plane of the triangle below the last guess
 
+// Photons at one wavelength where they land on one material.
 struct Band {
     weight: vec3<u32>, // XYZ as parts, see flux.wgsl
     reserved: u32,
@@ -53,8 +54,8 @@ struct Optics {
 @group(0) @binding(0) var<uniform> params: PhotonTrace;
 @group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
 @group(0) @binding(2) var<storage, read> views: array<View>;
-@group(0) @binding(3) var<storage, read> bands: array<Band>;
-@group(0) @binding(4) var<storage, read> optics: array<Optics>; // band * materials + material
+@group(0) @binding(3) var<storage, read> bands: array<Band>; // band * materials + material where it lands
+@group(0) @binding(4) var<storage, read> optics: array<Optics>; // band * materials + material it goes through
 @group(0) @binding(5) var entry_visibility: texture_2d<u32>;
 @group(0) @binding(6) var exit_visibility: texture_2d<u32>;
 @group(0) @binding(7) var landing_visibility: texture_2d_array<u32>;
@@ -134,6 +135,7 @@ fn find_exit(view: View, ray: Ray, object: u32) -> Exit {
 struct Landing {
     end: u32, // END_LANDED, END_OUTSIDE_MAP or END_ESCAPED
     at: Located,
+    visible: u32, // what is lit; NOTHING where nothing is
     distance: f32,
     astray: bool,
     beside: bool, // END_OUTSIDE_MAP, but to be put down
@@ -151,7 +153,7 @@ fn landing_triangle(at: Located) -> u32 {
 
 // A place that no surface covers in the view lies where a surface nearby would go on: what arrives there blurs into the
 // surface as much as what arrives on it blurs out.
-fn beside_surface(at: Located, ray: Ray, distance: f32) -> bool {
+fn beside_surface(at: Located, ray: Ray, distance: f32) -> u32 {
     let size = vec2<f32>(views[at.view].size);
     for (var i = 0u; i < 8u; i++) {
         let side = i + i / 4u; // the eight places round the middle of 3 x 3
@@ -161,11 +163,11 @@ fn beside_surface(at: Located, ray: Ray, distance: f32) -> bool {
         if visible != NOTHING {
             let hit = plane_hit(triangles[visible - 1u], ray);
             if hit.crosses && abs(hit.distance - distance) <= 0.01 * distance + SAME_SURFACE {
-                return true;
+                return visible;
             }
         }
     }
-    return false;
+    return NOTHING;
 }
 
 // Shah's rayGeo: project the guess into the light's view, see what surface is there, guess again.
@@ -201,27 +203,30 @@ fn find_landing(ray: Ray) -> Landing {
     let point = ray.origin + distance * ray.direction;
     let at = locate(params.landing_view, params.landing_faces, point);
     if !at.found {
-        return Landing(END_OUTSIDE_MAP, at, distance, false, false);
+        return Landing(END_OUTSIDE_MAP, at, NOTHING, distance, false, false);
     }
     let visible = textureLoad(landing_visibility, vec2<i32>(at.texel), i32(at.face), 0).r;
     if visible == NOTHING {
-        let beside = params.guard_texels > 0.0 && beside_surface(at, ray, distance);
-        return Landing(END_OUTSIDE_MAP, at, distance, false, beside);
+        var near = NOTHING;
+        if params.guard_texels > 0.0 {
+            near = beside_surface(at, ray, distance);
+        }
+        return Landing(END_OUTSIDE_MAP, at, near, distance, false, near != NOTHING);
     }
     // What GLSL's refract() makes of total reflection goes nowhere: it stays under the place where it happened.
     if all(ray.direction == vec3<f32>(0.0)) {
-        return Landing(END_LANDED, at, 0.0, true, false);
+        return Landing(END_LANDED, at, visible, 0.0, true, false);
     }
     let hit = plane_hit(triangles[visible - 1u], ray);
     if !hit.crosses || hit.distance < -SAME_SURFACE {
-        return Landing(END_ESCAPED, at, distance, false, false);
+        return Landing(END_ESCAPED, at, NOTHING, distance, false, false);
     }
     let light_hit = plane_hit(triangles[visible - 1u], view_ray_through(views[at.view], point));
     if hit.facing * light_hit.facing <= 0.0 {
-        return Landing(END_OUTSIDE_MAP, at, distance, false, false);
+        return Landing(END_OUTSIDE_MAP, at, NOTHING, distance, false, false);
     }
     let astray = abs(hit.distance - distance) > 0.01 * distance + SAME_SURFACE;
-    return Landing(END_LANDED, at, distance, astray, false);
+    return Landing(END_LANDED, at, visible, distance, astray, false);
 }
 
 fn spot_falloff(direction: vec3<f32>) -> f32 {
@@ -311,7 +316,8 @@ fn trace(texel: vec2<u32>, band: u32) -> Traced {
     if in_glass && open {
         photon = absorb(photon, exp(-medium.absorption * landing.distance));
     }
-    let weight = bands[params.first_band + band].weight;
+    let lit = triangles[landing.visible - 1u].material;
+    let weight = bands[(params.first_band + band) * params.materials + lit].weight;
     let deposit = vec3<u32>(
         flux_part(photon.flux, weight.x),
         flux_part(photon.flux, weight.y),

@@ -52,7 +52,7 @@ fn receiver_bake(@builtin(global_invocation_id) id: vec3<u32>) {
             let weights = uv_weights(visible - 1u, (vec2<f32>(sample) + 0.5) / grid);
             let point = t.p0 + weights.x * e1 + weights.y * e2;
             let light = irradiance_at(point, normalize(cross(e1, e2)), visible);
-            direct += light.direct;
+            direct += light.direct * params.light.xyz;
             refracted += light.refracted;
             covered += 1.0;
         }

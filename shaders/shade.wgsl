@@ -7,25 +7,27 @@ struct Shade {
     samples: u32,                 // per pixel and axis
     camera_view: u32,             // its texels are samples
     linear_srgb_from_x: vec3<f32>, // columns of the matrix from XYZ
-    reserved0: u32,
+    first_surface: u32,           // of this light, in `surfaces`
     linear_srgb_from_y: vec3<f32>,
-    reserved1: u32,
+    reserved0: u32,
     linear_srgb_from_z: vec3<f32>,
-    reserved2: u32,
+    reserved1: u32,
     xyz_from_r: vec3<f32>,        // and of its inverse
-    reserved3: u32,
+    reserved2: u32,
     xyz_from_g: vec3<f32>,
-    reserved4: u32,
+    reserved3: u32,
     xyz_from_b: vec3<f32>,
-    reserved5: u32,
+    reserved4: u32,
 }
 
-// A material as a camera sees it, linear sRGB.
+// A material as a camera sees it by one light.
 struct Surface {
-    color: vec3<f32>,      // diffuse reflectance, or of glass the share that its surface lets pass
+    reflected: vec3<f32>,  // XYZ of the light, in its lux or candela, that a matt surface reflects
     index: f32,            // refractive index at the d line
-    absorption: vec3<f32>, // of glass, per working unit
-    reserved: u32,
+    tint: vec3<f32>,       // linear sRGB that the surface of glass lets pass
+    reserved0: u32,
+    absorption: vec3<f32>, // of glass, linear sRGB, per working unit
+    reserved1: u32,
 }
 
 const INVERSE_PI: f32 = 0.31830987;
@@ -33,7 +35,7 @@ const INVERSE_PI: f32 = 0.31830987;
 @group(0) @binding(0) var<uniform> params: Shade;
 @group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
 @group(0) @binding(2) var<storage, read> views: array<View>;
-@group(0) @binding(3) var<storage, read> surfaces: array<Surface>;
+@group(0) @binding(3) var<storage, read> surfaces: array<Surface>; // light * materials + material
 @group(0) @binding(4) var<storage, read> caustic: array<vec4<f32>>;
 @group(0) @binding(5) var camera_visibility: texture_2d<u32>; // opaque surfaces
 @group(0) @binding(6) var glass_visibility: texture_2d<u32>;  // refractors
@@ -54,10 +56,10 @@ fn glass_tint(sample: vec2<i32>, ray: Ray, depth: f32) -> vec3<f32> {
     if !hit.crosses || hit.distance >= depth {
         return vec3<f32>(1.0);
     }
-    let surface = surfaces[front.material];
+    let surface = surfaces[params.first_surface + front.material];
     let normal = -sign(hit.facing) * interpolated_normal(front, hit);
     let eta = select(1.0 / surface.index, surface.index, hit.facing < 0.0);
-    let passes = surface.color * (1.0 - refract_light(ray.direction, normal, eta).reflectance);
+    let passes = surface.tint * (1.0 - refract_light(ray.direction, normal, eta).reflectance);
     if hit.facing > 0.0 {
         return passes;
     }
@@ -88,12 +90,21 @@ fn radiance_at(sample: vec2<u32>) -> vec3<f32> {
     }
     let normal = -sign(hit.facing) * interpolated_normal(t, hit); // of the side that is seen
     let light = irradiance_at(ray.origin + hit.distance * ray.direction, normal, visible);
+    let reflected = surfaces[params.first_surface + t.material].reflected;
+    let xyz = INVERSE_PI * (light.direct * reflected + light.refracted);
+    return tinted(xyz, glass_tint(texel, ray, hit.distance));
+}
+
+// XYZ times a colour of linear sRGB. Spectral light lies outside sRGB: times a colour it may leave XYZ's positive octant,
+// which no light does.
+fn tinted(xyz: vec3<f32>, tint: vec3<f32>) -> vec3<f32> {
+    if all(tint == tint.xxx) {
+        return tint.x * xyz;
+    }
     let linear_srgb_from_xyz =
         mat3x3<f32>(params.linear_srgb_from_x, params.linear_srgb_from_y, params.linear_srgb_from_z);
     let xyz_from_linear_srgb = mat3x3<f32>(params.xyz_from_r, params.xyz_from_g, params.xyz_from_b);
-    let tint = surfaces[t.material].color * INVERSE_PI * glass_tint(texel, ray, hit.distance);
-    // Spectral light lies outside sRGB: times a colour it may leave XYZ's positive octant, which no light does.
-    return max(xyz_from_linear_srgb * (tint * (linear_srgb_from_xyz * (light.direct + light.refracted))), vec3<f32>(0.0));
+    return max(xyz_from_linear_srgb * (tint * (linear_srgb_from_xyz * xyz)), vec3<f32>(0.0));
 }
 
 @compute @workgroup_size(8, 8, 1)

@@ -4,7 +4,7 @@
 // (opaque surfaces behind the front of the glass), `entry_visibility` (everything, in the emission view) and `caustic`.
 
 struct Light {
-    xyz: vec3<f32>,         // lux for parallel rays, candela for rays from an eye
+    xyz: vec3<f32>,         // as it arrives: lux for parallel rays, candela for rays from an eye
     metres_per_unit: f32,
     spot_axis: vec3<f32>,
     spot_scale: f32,        // squared clamp(cosine * scale + offset) is the cone's falloff
@@ -19,8 +19,8 @@ struct Light {
 }
 
 struct Irradiance {
-    direct: vec3<f32>,
-    refracted: vec3<f32>,
+    direct: f32,          // lux per lux or candela of the light
+    refracted: vec3<f32>, // XYZ of the map
 }
 
 // Share of the way to the middle of its triangle from where a point looks for what blocks its light.
@@ -125,14 +125,14 @@ fn caustic_at(lit: Lit) -> vec3<f32> {
     return select(sum, vec3<f32>(0.0), surrounded);
 }
 
-// XYZ lux on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);
+// Light on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);
 // light from behind does not count.
 fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
     let view = views[params.light.direct_view];
     let light_ray = view_ray_through(view, p);
     let cosine = -dot(light_ray.direction, normal);
     if cosine <= 0.0 {
-        return Irradiance(vec3<f32>(0.0), vec3<f32>(0.0));
+        return Irradiance(0.0, vec3<f32>(0.0));
     }
     let distance = dot(p - light_ray.origin, light_ray.direction);
     var spread = cosine;
@@ -146,12 +146,12 @@ fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
     let t = triangles[own - 1u];
     let inner = p + FARTHER_IN * ((t.p0 + t.p1 + t.p2) / 3.0 - p);
     var lit = Lit(p, own, Ray(inner, -light_ray.direction), distance, clear);
-    var direct = vec3<f32>(0.0);
+    var direct = 0.0;
     let in_range = params.light.range == 0.0 || distance <= params.light.range;
     if in_range && !blocked_by_opaque(lit) && !blocked_by_glass(lit) {
         let cosine_to_axis = dot(light_ray.direction, params.light.spot_axis);
         let cone = clamp(cosine_to_axis * params.light.spot_scale + params.light.spot_offset, 0.0, 1.0);
-        direct = spread * cone * cone * params.light.xyz;
+        direct = spread * cone * cone;
     }
     lit.clear = distance - params.light.landing_from;
     return Irradiance(direct, spread * caustic_at(lit));

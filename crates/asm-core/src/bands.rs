@@ -1,5 +1,7 @@
 //! Wavelengths of every light, with the weights and materials that go with them.
 
+use spectral_core::light::LightSpectrum;
+use spectral_core::observer::{Observer, VISIBLE_NM};
 use spectral_core::rgb::luminance;
 use spectral_core::upsample::SmoothSpectrum;
 use spectral_core::wavelengths::WavelengthSet;
@@ -23,12 +25,22 @@ pub(crate) struct LightBands {
     pub(crate) weights_xyz: Vec<[f64; 3]>,
     /// What all of them, and what lies between, carry together.
     pub(crate) xyz: [f64; 3],
-    /// The largest component of any weight, which a whole part stands for.
+    /// Of that, what a surface of each material reflects.
+    pub(crate) reflected_xyz: Vec<[f64; 3]>,
+    /// What each wavelength carries after such a reflection, wavelength x material; all of them together carry `reflected_xyz`.
+    pub(crate) reflected_weights_xyz: Vec<[f64; 3]>,
+    /// The largest component of any weight, which a whole part stands for; no part exceeds one.
     pub(crate) largest: f64,
 }
 
 impl LightBands {
-    pub(crate) fn new(light: &Light, settings: &Settings, one: bool) -> Result<Self, PlanError> {
+    /// `reflectances` are of the materials that light is seen on; [`SmoothSpectrum::ONE`] leaves it as it arrives.
+    pub(crate) fn new(
+        light: &Light,
+        settings: &Settings,
+        one: bool,
+        reflectances: &[SmoothSpectrum],
+    ) -> Result<Self, PlanError> {
         let strength = light.intensity * luminance(light.color);
         let unit_xyz = light.spectrum.unit_xyz(settings.observer);
         let (wavelengths_nm, unit_weights) = if let Some(line_nm) = light.spectrum.line_nm() {
@@ -42,13 +54,24 @@ impl LightBands {
             (set.wavelengths_nm, weights)
         };
         let weights_xyz: Vec<_> = unit_weights.iter().map(|w| w.map(|c| c.max(0.0) * strength)).collect();
-        let largest = weights_xyz.iter().flatten().copied().fold(0.0, f64::max);
-        Ok(Self { wavelengths_nm, weights_xyz, xyz: unit_xyz.map(|c| c * strength), largest })
+        let xyz = unit_xyz.map(|c| c * strength);
+        let (mut reflected_xyz, mut reflected) = (Vec::new(), Vec::new());
+        let shares = shares_reflected(&light.spectrum, settings.observer, reflectances);
+        for (share, reflectance) in shares.into_iter().zip(reflectances) {
+            let rho: Vec<f64> = wavelengths_nm.iter().map(|&nm| reflectance.at(nm)).collect();
+            reflected.push(reflected_weights(&weights_xyz, &rho, share));
+            reflected_xyz.push(std::array::from_fn(|c| xyz[c] * share[c]));
+        }
+        let reflected_weights_xyz: Vec<_> =
+            (0..wavelengths_nm.len()).flat_map(|k| reflected.iter().map(move |m| m[k])).collect();
+        let all = weights_xyz.iter().chain(&reflected_weights_xyz).flatten();
+        let largest = all.copied().fold(0.0, f64::max);
+        Ok(Self { wavelengths_nm, weights_xyz, xyz, reflected_xyz, reflected_weights_xyz, largest })
     }
 
-    /// Weights as parts of the largest.
+    /// Weights as parts of the largest, wavelength x material where they land.
     pub(crate) fn bands(&self) -> impl Iterator<Item = Band> + '_ {
-        self.weights_xyz.iter().map(|xyz| Band {
+        self.reflected_weights_xyz.iter().map(|xyz| Band {
             weight: xyz.map(|c| (c / self.largest * f64::from(WHOLE)).round() as u32),
             reserved: 0,
         })
@@ -64,6 +87,59 @@ impl LightBands {
             .iter()
             .flat_map(move |&nm| materials.iter().map(move |glass| glass.optics(nm, metres_per_unit)))
     }
+}
+
+/// Shares of a light's X, Y and Z that each reflectance leaves: integrals over its whole spectrum. White leaves exactly 1.
+///
+/// Tables of spectra and observers are linear between whole nanometres: Simpson's rule on such pieces.
+fn shares_reflected(
+    light: &LightSpectrum,
+    observer: Observer,
+    reflectances: &[SmoothSpectrum],
+) -> Vec<[f64; 3]> {
+    let nodes: Vec<(f64, [f64; 3])> = if let Some(line_nm) = light.line_nm() {
+        vec![(line_nm, [1.0; 3])]
+    } else {
+        let (low_nm, high_nm) = VISIBLE_NM;
+        let last = 2 * (high_nm - low_nm) as u32;
+        let node = |i: u32| {
+            let nm = low_nm + 0.5 * f64::from(i);
+            let ends = if i == 0 || i == last { 0.5 } else { 1.0 };
+            let simpson = if i % 2 == 1 { 4.0 } else { 2.0 * ends };
+            let power = simpson * light.relative_power(nm);
+            (nm, observer.xyz_bar(nm).map(|bar| power * bar))
+        };
+        (0..=last).map(node).collect()
+    };
+    let sum = |rho: &dyn Fn(f64) -> f64| -> [f64; 3] {
+        nodes.iter().fold([0.0; 3], |sum, (nm, xyz)| {
+            let rho = rho(*nm);
+            std::array::from_fn(|c| sum[c] + xyz[c] * rho)
+        })
+    };
+    let whole = sum(&|_| 1.0);
+    let share = |rho: &SmoothSpectrum| {
+        let reflected = sum(&|nm| rho.at(nm));
+        std::array::from_fn(|c| if whole[c] > 0.0 { reflected[c] / whole[c] } else { 0.0 })
+    };
+    reflectances.iter().map(share).collect()
+}
+
+/// A light's weights after a reflection of `rho` at each wavelength, scaled per channel so that they add up to `share` of
+/// the light's: with few wavelengths too, surfaces have the colour that the whole spectrum gives them. Where `rho` leaves
+/// nothing of a channel at the chosen wavelengths, though it does between them, every wavelength is reflected alike.
+fn reflected_weights(weights_xyz: &[[f64; 3]], rho: &[f64], share: [f64; 3]) -> Vec<[f64; 3]> {
+    let sum = |c: usize, rho: &dyn Fn(usize) -> f64| -> f64 {
+        weights_xyz.iter().enumerate().map(|(k, w)| w[c] * rho(k)).sum()
+    };
+    let scales: [Option<f64>; 3] = std::array::from_fn(|c| {
+        let scale = sum(c, &|_| 1.0) * share[c] / sum(c, &|k| rho[k]);
+        scale.is_finite().then_some(scale)
+    });
+    let reflected = |(w, rho): (&[f64; 3], &f64)| {
+        std::array::from_fn(|c| scales[c].map_or(w[c] * share[c], |scale| w[c] * rho * scale))
+    };
+    weights_xyz.iter().zip(rho).map(reflected).collect()
 }
 
 /// Whether one wavelength stands for all: nothing in the scene treats two of them differently.
@@ -95,6 +171,11 @@ impl<'a> Glass<'a> {
             .collect()
     }
 
+    /// Of an opaque surface.
+    pub(crate) fn reflectance(&self) -> SmoothSpectrum {
+        self.color
+    }
+
     pub(crate) fn optics(&self, lambda_nm: f64, metres_per_unit: f64) -> Optics {
         if !self.material.is_refractor() {
             return Optics { index: 1.0, absorption: 0.0, surface: 1.0, reserved: 0.0 };
@@ -108,5 +189,33 @@ impl<'a> Glass<'a> {
             surface: (self.material.transmission * self.color.at(lambda_nm)) as f32,
             reserved: 0.0,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weights_after_a_reflection_are_defined_where_the_wavelengths_see_none_of_it() {
+        let weights = [[0.5, 1.0, 0.0], [0.25, 0.0, 0.0]];
+        // What lies between the wavelengths is reflected, what lies at them is not.
+        let between = reflected_weights(&weights, &[0.0, 0.0], [0.2, 0.4, 0.6]);
+        assert_eq!(between, [[0.1, 0.4, 0.0], [0.05, 0.0, 0.0]]);
+        // The first alone: it stands for all of X.
+        let first = reflected_weights(&weights, &[1e-320, 0.0], [0.2, 0.4, 0.6]);
+        assert!(first.iter().flatten().all(|w| w.is_finite() && *w >= 0.0), "{first:?}");
+        let one = reflected_weights(&weights, &[0.5, 0.0], [0.2, 0.4, 0.6]);
+        assert!((one[0][0] - 0.15).abs() < 1e-15 && one[1][0] == 0.0, "{one:?}");
+        assert_eq!(one[0][2], 0.0);
+    }
+
+    #[test]
+    fn white_leaves_weights_as_they_are() {
+        let light = LightSpectrum::illuminant("FL4").expect("FL4");
+        let share = shares_reflected(&light, Observer::Cie1931, &[SmoothSpectrum::ONE])[0];
+        assert_eq!(share, [1.0; 3]);
+        let weights = [[0.3, 0.1, 0.7], [0.123, 0.456, 0.789]];
+        assert_eq!(reflected_weights(&weights, &[1.0; 2], share), weights);
     }
 }

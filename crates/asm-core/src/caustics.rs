@@ -33,6 +33,8 @@ use crate::{Emission, Interfaces, LandingUpdate, PlanError, Settings, Splat, Wor
 /// What a pass that shades with a light binds.
 pub(crate) struct LightStep {
     pub(crate) label: String,
+    /// Which of the lights that shine.
+    pub(crate) light: u32,
     pub(crate) params: LightParams,
     pub(crate) direct: ResourceId,
     pub(crate) landing: ResourceId,
@@ -87,12 +89,12 @@ impl<'a> Caustics<'a> {
             Receivers::Opaque => None,
         };
         let geometry = Geometry::new(scene, &space, receiver)?;
-        let mut views = Vec::new();
-        let setups = light_setups(scene, settings, &effects, &space, &geometry, purpose, &mut views)?;
+        let glasses = Glass::of(scene);
+        let (setups, mut views) =
+            light_setups(scene, settings, &effects, &space, &geometry, purpose, &glasses)?;
         views.extend(purpose.camera);
 
         let mut resources = Resources::new(purpose.name.clone(), limits);
-        let glasses = Glass::of(scene);
         let bands: Vec<Band> = setups.iter().flat_map(|s| s.bands.bands()).collect();
         let optics: Vec<Optics> =
             setups.iter().flat_map(|s| s.bands.optics(&glasses, space.metres_per_unit)).collect();
@@ -138,6 +140,11 @@ impl<'a> Caustics<'a> {
         for buffer in self.ledger.into_iter().chain(self.gaps.as_ref().map(|g| g.energy)) {
             self.resources.plan.steps.push(Step::ClearBuffer { buffer });
         }
+    }
+
+    /// XYZ lux or candela of each light that shines as each material reflects it.
+    pub(crate) fn reflected_xyz(&self) -> impl Iterator<Item = &[[f64; 3]]> {
+        self.setups.iter().map(|setup| setup.bands.reflected_xyz.as_slice())
     }
 
     /// Number of lights that shine.
@@ -254,6 +261,7 @@ impl<'a> Caustics<'a> {
         let nothing = self.resources.nothing();
         LightStep {
             label,
+            light: i as u32,
             params,
             direct: match (shadows, separate || !caustic) {
                 (false, _) => nothing,
@@ -507,7 +515,8 @@ fn shared_resources(
     };
     let mut ledger = None;
     if caustic {
-        let words = LEDGER_WORDS * LEDGER_ROWS * bands.len();
+        let wavelengths: usize = setups.iter().map(|s| s.bands.wavelengths_nm.len()).sum();
+        let words = LEDGER_WORDS * LEDGER_ROWS * wavelengths;
         let id = resources.buffer("ledger", 4 * words as u64, "wavelengths")?;
         resources.make_readable(id);
         ledger = Some(id);

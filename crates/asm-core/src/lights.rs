@@ -3,9 +3,10 @@
 use std::ops::Range;
 
 use glam::{DVec3, UVec2, Vec3};
+use spectral_core::upsample::SmoothSpectrum;
 use spectral_scene::{Effects, LightShape, Scene};
 
-use crate::bands::{LightBands, one_wavelength};
+use crate::bands::{Glass, LightBands, one_wavelength};
 use crate::caustics::guard_texels;
 use crate::emission::Refinement;
 use crate::geometry::{Geometry, bounds};
@@ -95,6 +96,7 @@ impl LightSetup {
     }
 }
 
+/// The lights that shine, and their views.
 pub(crate) fn light_setups(
     scene: &Scene,
     settings: &Settings,
@@ -102,8 +104,8 @@ pub(crate) fn light_setups(
     space: &WorkingSpace,
     geometry: &Geometry,
     purpose: &Purpose,
-    views: &mut Vec<View>,
-) -> Result<Vec<LightSetup>, PlanError> {
+    glasses: &[Glass<'_>],
+) -> Result<(Vec<LightSetup>, Vec<View>), PlanError> {
     let count = scene.lights.len();
     let chosen = settings.lights.clone().unwrap_or_else(|| (0..count).collect());
     if let Some(&index) = chosen.iter().find(|&&i| i >= count) {
@@ -112,11 +114,16 @@ pub(crate) fn light_setups(
     let one = settings.prune && one_wavelength(scene, effects);
     let has_glass = geometry.triangles.len() > geometry.opaque as usize;
     let caustic = !settings.prune || (has_glass && geometry.opaque > 0 && effects.caustics.on);
-    let mut setups = Vec::new();
+    // A bake holds what arrives, a picture what is reflected.
+    let reflectances: Vec<SmoothSpectrum> = match purpose.receivers {
+        Receivers::Object(_) => vec![SmoothSpectrum::ONE; scene.materials.len()],
+        Receivers::Opaque => glasses.iter().map(Glass::reflectance).collect(),
+    };
+    let (mut setups, mut views) = (Vec::new(), Vec::new());
     let mut first_band = 0;
     for index in chosen {
         let light = &scene.lights[index];
-        let bands = LightBands::new(light, settings, one)?;
+        let bands = LightBands::new(light, settings, one, &reflectances)?;
         if bands.largest <= 0.0 {
             continue;
         }
@@ -172,7 +179,7 @@ pub(crate) fn light_setups(
         });
         first_band += wavelengths;
     }
-    Ok(setups)
+    Ok((setups, views))
 }
 
 fn landing_center(source: Source, geometry: &Geometry, receivers: Receivers, landing_from: f64) -> Vec3 {

@@ -45,8 +45,8 @@ const OPAQUE_PER_UNIT: f64 = 1e20;
 
 /// A plan that renders what `camera`, an index into [`Scene::cameras`], sees, `size` pixels wide and high.
 ///
-/// Opaque surfaces are matt with their base colour (multiplied in linear sRGB), lit by direct and refracted light. Glass tints
-/// what is straight behind it, or bends the view: see [`GlassView`].
+/// Opaque surfaces are matt, lit by direct and refracted light; their base colour is a reflectance at every wavelength. Glass
+/// tints what is straight behind it, or bends the view: see [`GlassView`].
 ///
 /// # Errors
 /// [`PlanError`], before anything is allocated on a device.
@@ -102,7 +102,11 @@ pub fn render_plan(
     let back_visible = visibility(thickness, "camera glass backs")?;
     let depth =
         caustics.resources.texture("camera depth", TextureFormat::Depth32Float, sampled, 1, remedy)?;
-    let surfaces: Vec<Surface> = scene.materials.iter().map(|m| surface(m, space.metres_per_unit)).collect();
+    let by_light = |reflected: &[[f64; 3]]| {
+        let materials = scene.materials.iter().zip(reflected);
+        materials.map(|(m, &xyz)| surface(m, xyz, space.metres_per_unit)).collect::<Vec<Surface>>()
+    };
+    let surfaces: Vec<Surface> = caustics.reflected_xyz().flat_map(by_light).collect();
     let surfaces = caustics.resources.filled("surfaces", &surfaces)?;
     let pixels = u64::from(size[0]) * u64::from(size[1]);
     let picture = caustics.resources.buffer("picture", 16 * pixels, "the picture's size")?;
@@ -138,6 +142,7 @@ pub fn render_plan(
             size: UVec2::from(shaded_size),
             samples: shaded_samples,
             camera_view: camera_index,
+            first_surface: light.light * scene.materials.len() as u32,
             linear_srgb_from_x: x,
             linear_srgb_from_y: y,
             linear_srgb_from_z: z,
@@ -177,21 +182,29 @@ pub fn render_plan(
     Ok(RenderPlan { plan: caustics.resources.plan, size, picture, books })
 }
 
-fn surface(material: &Material, metres_per_unit: f64) -> Surface {
-    let color = DVec3::from(material.base_color);
+fn surface(material: &Material, reflected_xyz: [f64; 3], metres_per_unit: f64) -> Surface {
+    let matt = Surface {
+        reflected: DVec3::from(reflected_xyz).as_vec3(),
+        index: 1.0,
+        tint: Vec3::ONE,
+        reserved0: 0,
+        absorption: Vec3::ZERO,
+        reserved1: 0,
+    };
     if !material.is_refractor() {
-        return Surface { color: color.as_vec3(), index: 1.0, absorption: Vec3::ZERO, reserved: 0 };
+        return matt;
     }
+    let color = DVec3::from(material.base_color);
     let absorption = material.attenuation.map_or(DVec3::ZERO, |a| {
         let per_unit =
             a.color.map(|c| (-c.ln() * metres_per_unit / a.distance_m).clamp(0.0, OPAQUE_PER_UNIT));
         DVec3::from(per_unit)
     });
     Surface {
-        color: (material.transmission * color).as_vec3(),
         index: material.dispersion.n_d() as f32,
+        tint: (material.transmission * color).as_vec3(),
         absorption: absorption.as_vec3(),
-        reserved: 0,
+        ..matt
     }
 }
 

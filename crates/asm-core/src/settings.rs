@@ -181,7 +181,7 @@ pub struct Settings {
     /// Shah's intensity: every photon brings this times 4 / `emission_size` of the light's illuminance to its texel, instead
     /// of its flux. `None` keeps energy.
     pub shah_intensity: Option<f64>,
-    /// Shah's exponent on the map (1.3 in the tutorial). `None` keeps energy.
+    /// Shah's exponent on the map (1.3 in the tutorial), in pictures on what surfaces reflect. `None` keeps energy.
     pub artistic_power: Option<f64>,
     /// Which lights shine, by index; `None` is all.
     pub lights: Option<Vec<usize>>,

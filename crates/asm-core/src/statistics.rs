@@ -123,7 +123,7 @@ pub struct LightStatistics {
     pub gap_filling: Option<GapEnergy>,
 }
 
-/// Light of a map before and after gap filling.
+/// Light of a map before and after gap filling; in pictures that is what surfaces reflect.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct GapEnergy {
     /// XYZ lumens on the map before; its units are whole, so that what is kept is kept exactly.

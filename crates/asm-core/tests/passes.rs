@@ -88,8 +88,8 @@ fn every_struct_has_the_layout_of_its_wgsl() {
         (
             &SHADE,
             layout!(Shade as "Shade" {
-                light, size, samples, camera_view, linear_srgb_from_x, reserved0, linear_srgb_from_y, reserved1,
-                linear_srgb_from_z, reserved2, xyz_from_r, reserved3, xyz_from_g, reserved4, xyz_from_b, reserved5,
+                light, size, samples, camera_view, linear_srgb_from_x, first_surface, linear_srgb_from_y, reserved0,
+                linear_srgb_from_z, reserved1, xyz_from_r, reserved2, xyz_from_g, reserved3, xyz_from_b, reserved4,
             }),
         ),
         (
@@ -104,7 +104,7 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             layout!(ViewBand as "ViewBand" { from_x, reserved0, from_y, reserved1, from_z, reserved2 }),
         ),
         (&DEFERRED_REFRACTION, layout!(Optics as "Optics" { index, absorption, surface, reserved })),
-        (&SHADE, layout!(Surface as "Surface" { color, index, absorption, reserved })),
+        (&SHADE, layout!(Surface as "Surface" { reflected, index, tint, reserved0, absorption, reserved1 })),
     ];
     for (pass, layout) in checks {
         check_layout(pass, &layout).unwrap();

@@ -4,7 +4,8 @@
 //! The map is 64-bit fixed point per channel. One texel's flux at one wavelength is at most 2^30 units, a plan has fewer
 //! than 2^34 texels times wavelengths, so a texel that receives every photon holds less than 2^64. A photon's flux is an
 //! integer from the start and every stage takes an integer part of it, so the ledger's rows add up exactly. A deposit is
-//! within half a unit of flux x weight per channel, and its Gaussian taps sum to it.
+//! within half a unit of flux x weight per channel, and its Gaussian taps sum to it; weights are parts of the largest of all
+//! wavelengths and materials, so none exceeds 1, and each is within half of 2^-31 of that.
 
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -39,9 +40,9 @@ pub struct PhotonTrace {
     pub landing_view: u32,
     /// Number of views of the map.
     pub landing_faces: u32,
-    /// First band of this light, in `bands` and `ledger`.
+    /// First row of this light, in `bands`, `optics` and `ledger`.
     pub first_band: u32,
-    /// Row length of `optics`.
+    /// Row length of `bands` and `optics`.
     pub materials: u32,
     /// 1: only the entry refracts (Shah); 2: the exit too.
     pub interfaces: u32,
@@ -101,7 +102,7 @@ pub const LANDING_DISTANCE: u32 = 0;
 /// The ray against the plane of the triangle below the last guess.
 pub const LANDING_PLANE: u32 = 1;
 
-/// Photons at one wavelength of one light; mirrors `Band`.
+/// Photons at one wavelength of one light where they land on one material; mirrors `Band`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
 pub struct Band {
@@ -182,9 +183,9 @@ pub struct Inputs<'a> {
     pub triangles: &'a [Triangle],
     /// All views.
     pub views: &'a [View],
-    /// Wavelengths of all lights.
+    /// Band x material where photons land.
     pub bands: &'a [Band],
-    /// Band x material.
+    /// Band x material that photons go through.
     pub optics: &'a [Optics],
     /// First surface from the light.
     pub entry_visibility: TextureView<'a>,
@@ -233,6 +234,8 @@ struct Exit {
 struct Landing {
     end: u32,
     at: Located,
+    /// What is lit; [`NOTHING`] where nothing is.
+    visible: u32,
     distance: f32,
     astray: bool,
     beside: bool,
@@ -366,7 +369,7 @@ impl Inputs<'_> {
 
     /// A place that no surface covers in the view lies where a surface nearby would go on: what arrives there blurs into the
     /// surface as much as what arrives on it blurs out.
-    fn beside_surface(&self, at: &Located, ray: Ray, distance: f32) -> bool {
+    fn beside_surface(&self, at: &Located, ray: Ray, distance: f32) -> u32 {
         let guard = self.params.guard_texels;
         let size = self.views[at.view as usize].size.as_vec2();
         for i in 0..8 {
@@ -377,11 +380,11 @@ impl Inputs<'_> {
             if visible != NOTHING {
                 let hit = self.triangles[visible as usize - 1].plane_hit(ray);
                 if hit.crosses && (hit.distance - distance).abs() <= 0.01 * distance + SAME_SURFACE {
-                    return true;
+                    return visible;
                 }
             }
         }
-        false
+        NOTHING
     }
 
     /// The back face of `object` where a ray that has entered it leaves again. The plane of the back face under a guess is the
@@ -470,19 +473,20 @@ impl Inputs<'_> {
         }
         let point = ray.origin + distance * ray.direction;
         let at = locate(self.views, params.landing_view, params.landing_faces, point);
-        let ended = |end| Landing { end, at, distance, astray: false, beside: false };
+        let ended = |end| Landing { end, at, visible: NOTHING, distance, astray: false, beside: false };
         if !at.found {
             return ended(END_OUTSIDE_MAP);
         }
         let visible = visible_in_layer(&self.landing_visibility, at.texel.as_uvec2(), at.face);
         if visible == NOTHING {
-            let beside = self.params.guard_texels > 0.0 && self.beside_surface(&at, ray, distance);
-            return Landing { beside, ..ended(END_OUTSIDE_MAP) };
+            let near =
+                if params.guard_texels > 0.0 { self.beside_surface(&at, ray, distance) } else { NOTHING };
+            return Landing { visible: near, beside: near != NOTHING, ..ended(END_OUTSIDE_MAP) };
         }
         let triangle = &self.triangles[visible as usize - 1];
         // What GLSL's refract() makes of total reflection goes nowhere: it stays under the place where it happened.
         if ray.direction == Vec3::ZERO {
-            return Landing { end: END_LANDED, at, distance: 0.0, astray: true, beside: false };
+            return Landing { visible, distance: 0.0, astray: true, ..ended(END_LANDED) };
         }
         let hit = triangle.plane_hit(ray);
         if !hit.crosses || hit.distance < -SAME_SURFACE {
@@ -493,7 +497,7 @@ impl Inputs<'_> {
             return ended(END_OUTSIDE_MAP);
         }
         let astray = (hit.distance - distance).abs() > 0.01 * distance + SAME_SURFACE;
-        Landing { astray, ..ended(END_LANDED) }
+        Landing { visible, astray, ..ended(END_LANDED) }
     }
 
     fn spot_falloff(&self, direction: Vec3) -> f32 {
@@ -593,7 +597,8 @@ impl Inputs<'_> {
         if in_glass && open {
             photon.absorb((-medium.absorption * landing.distance).exp());
         }
-        let weight = self.bands[(params.first_band + band) as usize].weight;
+        let lit = self.triangles[landing.visible as usize - 1].material;
+        let weight = self.bands[((params.first_band + band) * params.materials + lit) as usize].weight;
         let flux = weight.map(|w| flux_part(photon.flux, w));
         (photon, Some(Deposit { at: landing.at, flux }))
     }

@@ -117,7 +117,7 @@ pub fn receiver_bake(
                         uv_weights(params, corner_uvs, visible - 1, (sample.as_vec2() + 0.5) / grid);
                     let point = t.p0 + weights.x * e1 + weights.y * e2;
                     let light = lookup.irradiance_at(point, e1.cross(e2).normalize(), visible);
-                    direct += light.direct;
+                    direct += light.direct * params.light.xyz;
                     refracted += light.refracted;
                     covered += 1.0;
                 }

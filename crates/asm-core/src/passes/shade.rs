@@ -29,42 +29,46 @@ pub struct Shade {
     pub camera_view: u32,
     /// Columns of the matrix from XYZ to linear sRGB.
     pub linear_srgb_from_x: Vec3,
-    /// Padding.
-    pub reserved0: u32,
+    /// First of this light, in `surfaces`.
+    pub first_surface: u32,
     /// Second column.
     pub linear_srgb_from_y: Vec3,
     /// Padding.
-    pub reserved1: u32,
+    pub reserved0: u32,
     /// Third column.
     pub linear_srgb_from_z: Vec3,
     /// Padding.
-    pub reserved2: u32,
+    pub reserved1: u32,
     /// Columns of its inverse.
     pub xyz_from_r: Vec3,
     /// Padding.
-    pub reserved3: u32,
+    pub reserved2: u32,
     /// Second column.
     pub xyz_from_g: Vec3,
     /// Padding.
-    pub reserved4: u32,
+    pub reserved3: u32,
     /// Third column.
     pub xyz_from_b: Vec3,
     /// Padding.
-    pub reserved5: u32,
+    pub reserved4: u32,
 }
 
-/// A material as a camera sees it, linear sRGB; mirrors `Surface`.
+/// A material as a camera sees it by one light; mirrors `Surface`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Surface {
-    /// Diffuse reflectance, or of glass the share that its surface lets pass.
-    pub color: Vec3,
+    /// XYZ of the light, in its lux or candela, that a matt surface reflects: integrated over the whole spectrum.
+    pub reflected: Vec3,
     /// Refractive index at the d line.
     pub index: f32,
-    /// Of glass, per working unit.
+    /// Linear sRGB that the surface of glass lets pass.
+    pub tint: Vec3,
+    /// Padding.
+    pub reserved0: u32,
+    /// Of glass, linear sRGB, per working unit.
     pub absorption: Vec3,
     /// Padding.
-    pub reserved: u32,
+    pub reserved1: u32,
 }
 
 /// All that an executor needs to build and run `shade`.
@@ -125,7 +129,7 @@ pub struct Inputs<'a> {
     pub params: Shade,
     /// For irradiance.
     pub lookup: Lookup<'a>,
-    /// All materials.
+    /// Light x material.
     pub surfaces: &'a [Surface],
     /// Opaque surfaces from the camera.
     pub camera_visibility: TextureView<'a>,
@@ -166,10 +170,10 @@ impl Inputs<'_> {
         if !hit.crosses || hit.distance >= depth {
             return Vec3::ONE;
         }
-        let surface = &self.surfaces[front.material as usize];
+        let surface = &self.surfaces[(self.params.first_surface + front.material) as usize];
         let normal = -hit.facing.signum() * front.interpolated_normal(&hit);
         let eta = if hit.facing < 0.0 { surface.index } else { 1.0 / surface.index };
-        let passes = surface.color * (1.0 - refract_light(ray.direction, normal, eta).reflectance);
+        let passes = surface.tint * (1.0 - refract_light(ray.direction, normal, eta).reflectance);
         if hit.facing > 0.0 {
             return passes;
         }
@@ -202,14 +206,21 @@ impl Inputs<'_> {
         // Of the side that is seen.
         let normal = -hit.facing.signum() * t.interpolated_normal(&hit);
         let light = self.lookup.irradiance_at(point, normal, visible);
+        let reflected = self.surfaces[(params.first_surface + t.material) as usize].reflected;
+        let xyz = std::f32::consts::FRAC_1_PI * (light.direct * reflected + light.refracted);
+        self.tinted(xyz, self.glass_tint(sample, ray, hit.distance))
+    }
+
+    /// XYZ times a colour of linear sRGB. Spectral light lies outside sRGB: times a colour it may leave XYZ's positive octant,
+    /// which no light does.
+    fn tinted(&self, xyz: Vec3, tint: Vec3) -> Vec3 {
+        if tint == Vec3::splat(tint.x) {
+            return tint.x * xyz;
+        }
+        let params = &self.params;
         let linear_srgb_from_xyz =
             Mat3::from_cols(params.linear_srgb_from_x, params.linear_srgb_from_y, params.linear_srgb_from_z);
         let xyz_from_linear_srgb = Mat3::from_cols(params.xyz_from_r, params.xyz_from_g, params.xyz_from_b);
-        let tint = self.surfaces[t.material as usize].color
-            * std::f32::consts::FRAC_1_PI
-            * self.glass_tint(sample, ray, hit.distance);
-        let xyz = xyz_from_linear_srgb * (tint * (linear_srgb_from_xyz * (light.direct + light.refracted)));
-        // Spectral light lies outside sRGB: times a colour it may leave XYZ's positive octant, which no light does.
-        xyz.max(Vec3::ZERO)
+        (xyz_from_linear_srgb * (tint * (linear_srgb_from_xyz * xyz))).max(Vec3::ZERO)
     }
 }

@@ -12,7 +12,7 @@ use super::view::{Ray, View};
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct Light {
-    /// XYZ lux for parallel rays, XYZ candela for rays from an eye.
+    /// As it arrives: XYZ lux for parallel rays, XYZ candela for rays from an eye.
     pub xyz: Vec3,
     /// Metres per working unit.
     pub metres_per_unit: f32,
@@ -38,12 +38,12 @@ pub struct Light {
     pub emission_view: u32,
 }
 
-/// XYZ lux that reach a point, by light path.
+/// Light that reaches a point, by light path.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Irradiance {
-    /// Light that met nothing before.
-    pub direct: Vec3,
-    /// Light that came through glass.
+    /// Light that met nothing before, lux per lux or candela of the light.
+    pub direct: f32,
+    /// Light that came through glass, XYZ of the map: lux, and in pictures of that what the surface reflects.
     pub refracted: Vec3,
 }
 
@@ -177,7 +177,7 @@ impl Lookup<'_> {
         if surrounded { Vec3::ZERO } else { sum }
     }
 
-    /// XYZ lux on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);
+    /// Light on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);
     /// light from behind does not count.
     pub fn irradiance_at(&self, p: Vec3, normal: Vec3, own: u32) -> Irradiance {
         let view = &self.views[self.light.direct_view as usize];
@@ -199,12 +199,12 @@ impl Lookup<'_> {
         let inner = p + FARTHER_IN * ((t.p0 + t.p1 + t.p2) / 3.0 - p);
         let to_light = Ray { origin: inner, direction: -light_ray.direction };
         let mut lit = Lit { position: p, own, to_light, distance, clear };
-        let mut direct = Vec3::ZERO;
+        let mut direct = 0.0;
         let in_range = self.light.range == 0.0 || distance <= self.light.range;
         if in_range && !self.blocked_by_opaque(&lit) && !self.blocked_by_glass(&lit) {
             let cosine_to_axis = light_ray.direction.dot(self.light.spot_axis);
             let cone = (cosine_to_axis * self.light.spot_scale + self.light.spot_offset).clamp(0.0, 1.0);
-            direct = spread * cone * cone * self.light.xyz;
+            direct = spread * cone * cone;
         }
         lit.clear = distance - self.light.landing_from;
         Irradiance { direct, refracted: spread * self.caustic_at(&lit) }

@@ -13,4 +13,5 @@ mod lamps;
 mod method_plans;
 mod plans;
 mod stage;
+mod surfaces;
 mod white;
