@@ -5,7 +5,7 @@ use std::path::Path;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use asm_core::Settings;
+use asm_core::{GapFilling, Method, Settings};
 use frame_plan::Executor;
 use frame_plan::cpu::CpuExecutor;
 use spectral_cli::output::atomic_file::AtomicFile;
@@ -13,13 +13,15 @@ use spectral_cli::output::png;
 use spectral_cli::values::Size;
 use spectral_core::display::{Display, ToneMap};
 use spectral_reference::{BakeSettings, Effort, RenderSettings};
+use spectral_scene::IrradianceMaps;
 use xtask::executors;
 use xtask::metrics::{Map, exposure};
 use xtask::subject::Subject;
 
 use crate::paths;
 
-/// Make the pictures of the book anew: every scene by caustics mapping and by the oracle; about ten minutes on 2 cores.
+/// Make the pictures of the book anew: every scene by adaptive spectral mapping, with gaps filled and not, and by the oracle;
+/// about ten minutes on 2 cores.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// Only this scene. May be repeated.
@@ -56,7 +58,7 @@ const OVERVIEW: [&str; 4] = ["prism", "sphere", "ring", "gem"];
 const CAPTIONS: [(&str, &str); 10] = [
     (
         "prism",
-        "White light through a slit and a prism of dense flint. Seven wavelengths draw seven lines; the oracle draws the spectrum.",
+        "White light through a slit and a prism of dense flint. Seven wavelengths draw seven lines, gap filling joins them; the oracle draws the spectrum.",
     ),
     ("sphere", "5,120 faces with smooth normals under equal-energy light, which is pinkish on a D65 screen."),
     ("sphere-fine", "The same with 327,680 faces."),
@@ -75,13 +77,17 @@ const CAPTIONS: [(&str, &str); 10] = [
     ("bunny-glass", "A file from other people's tools, on its own floor."),
 ];
 
-/// One scene's tiles, ready for a screen.
+/// A picture as numbers, XYZ per pixel, or as a screen shows it.
+type Xyz = Vec<[f32; 3]>;
+type Srgb = Vec<[u8; 3]>;
+
+/// One scene's tiles, ready for a screen, from above: gaps as they are and gaps filled, if there are any to fill, then the oracle.
 struct Tiles {
     name: &'static str,
-    /// Refracted light on the receiver, by caustics mapping and by the oracle, at one exposure.
-    receivers: [Vec<[u8; 3]>; 2],
-    /// Camera likewise, where there is one to show.
-    cameras: Option<[Vec<[u8; 3]>; 2]>,
+    /// Light that has been in glass or in a mirror, on the receiver, at one exposure.
+    receivers: Vec<Srgb>,
+    /// Camera likewise; empty where there is none to show.
+    cameras: Vec<Srgb>,
 }
 
 /// Render, write `docs/src/pictures` and `docs/src/gallery.md`.
@@ -100,20 +106,24 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         if args.scenes.is_empty() || args.scenes.iter().any(|scene| scene == name) {
             eprintln!("{name}");
             let tiles = tiles(name, &mut executor).with_context(|| name)?;
-            let [above, below] = [0, 1].map(|i| {
-                let camera = tiles.cameras.as_ref().map(|cameras| (CAMERA, cameras[i].as_slice()));
-                [Some((RECEIVER, tiles.receivers[i].as_slice())), camera].into_iter().flatten().collect()
-            });
-            write_png(&pictures.join(format!("{name}.png")), &[above, below])?;
+            let row = |i: usize| {
+                let receiver = Some((RECEIVER, tiles.receivers[i].as_slice()));
+                let camera = tiles.cameras.get(i).map(|camera| (CAMERA, camera.as_slice()));
+                receiver.into_iter().chain(camera).collect()
+            };
+            let rows: Vec<_> = (0..tiles.receivers.len()).map(row).collect();
+            write_png(&pictures.join(format!("{name}.png")), &rows)?;
             all.push(tiles);
         }
     }
     let overview: Vec<_> = OVERVIEW.iter().filter_map(|name| all.iter().find(|t| t.name == *name)).collect();
     if overview.len() == OVERVIEW.len() {
-        let [above, below] = [0, 1].map(|i| {
-            overview.iter().map(|tiles| (RECEIVER, tiles.receivers[i].as_slice())).collect::<Vec<_>>()
+        // Filled gaps, and the oracle.
+        let rows = [2, 1].map(|from_below| {
+            let receivers = overview.iter().map(|tiles| &tiles.receivers[tiles.receivers.len() - from_below]);
+            receivers.map(|tile| (RECEIVER, tile.as_slice())).collect::<Vec<_>>()
         });
-        write_png(&pictures.join("overview.png"), &[above, below])?;
+        write_png(&pictures.join("overview.png"), &rows)?;
     }
     write(&book.join("gallery.md"), page().as_bytes())?;
     Ok(ExitCode::SUCCESS)
@@ -122,41 +132,55 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
 fn tiles(name: &'static str, executor: &mut dyn Executor) -> Result<Tiles> {
     let subject = Subject::open(name, &paths::workspace_root())?;
     let scene = &subject.scene;
-    let settings = Settings::default();
     let quiet = |_: f64| ();
+    let filled = Settings::of(Method::Asm);
+    let limits = executor.limits();
 
     let size = RECEIVER.map(|n| (n * OVERSAMPLING) as u32);
-    let plan = asm_core::bake_plan(scene, subject.receiver, size, &settings, &executor.limits())?;
-    let ours = executors::bake(&plan, executor)?.0.refracted;
+    let bake = |settings: &Settings| asm_core::bake_plan(scene, subject.receiver, size, settings, &limits);
+    let fills = bake(&filled)?.plan.decisions.iter().any(|d| d.pass == "gap_fill" && d.kept);
+    let open = Settings { gap_filling: Some(GapFilling::None), ..filled.clone() };
+    let ways = if fills { vec![open, filled] } else { vec![filled] };
+    let mut receivers = Vec::new();
+    for settings in &ways {
+        receivers.push(caustics(&executors::bake(&bake(settings)?, executor)?.0));
+    }
     let oracle = BakeSettings { size, effort: Effort::Photons(PHOTONS), ..BakeSettings::default() };
-    let oracle = spectral_reference::bake(scene, subject.receiver, &oracle, &quiet)?.maps.refracted;
+    receivers.push(caustics(&spectral_reference::bake(scene, subject.receiver, &oracle, &quiet)?.maps));
     let share = if name == SPECTRUM_ALONE { SPECTRUM_EXPOSURE } else { 1.0 };
-    let receivers = shown(RECEIVER, [&ours, &oracle], share);
 
-    let cameras = if scene.cameras.is_empty() || name == SPECTRUM_ALONE {
-        None
-    } else {
+    let mut cameras = Vec::new();
+    if !scene.cameras.is_empty() && name != SPECTRUM_ALONE {
         let size = CAMERA.map(|n| (n * OVERSAMPLING) as u32);
-        let plan = asm_core::render_plan(scene, 0, size, &settings, &executor.limits())?;
-        let ours = executors::render(&plan, executor)?;
+        for settings in &ways {
+            let plan = asm_core::render_plan(scene, 0, size, settings, &limits)?;
+            cameras.push(executors::render(&plan, executor)?);
+        }
         let oracle = RenderSettings {
             size,
             samples_per_pixel: SAMPLES,
             photons: PHOTONS,
             ..RenderSettings::default()
         };
-        let oracle = spectral_reference::render(scene, &oracle, &quiet)?.xyz;
-        Some(shown(CAMERA, [&ours, &oracle], 1.0))
-    };
-    Ok(Tiles { name, receivers, cameras })
+        cameras.push(spectral_reference::render(scene, &oracle, &quiet)?.xyz);
+    }
+    Ok(Tiles { name, receivers: shown(RECEIVER, receivers, share), cameras: shown(CAMERA, cameras, 1.0) })
 }
 
-/// Both of a pair as a screen shows them, at a share of the exposure of the second, 1 / its 99th percentile of Y.
-fn shown(size: [usize; 2], pair: [&[[f32; 3]]; 2], share: f64) -> [Vec<[u8; 3]>; 2] {
-    let pair = pair.map(|xyz| averaged(size, xyz));
-    let exposure = exposure(&Map { size, xyz: &pair[1] }).unwrap_or(1.0);
+/// What lands on the receiver by way of glass and mirrors.
+fn caustics(maps: &IrradianceMaps) -> Xyz {
+    let texels = maps.refracted.iter().zip(&maps.reflected);
+    texels.map(|(a, b)| std::array::from_fn(|c| a[c] + b[c])).collect()
+}
+
+/// All of them as a screen shows them, at a share of the exposure of the last, 1 / its 99th percentile of Y.
+fn shown(size: [usize; 2], pictures: Vec<Xyz>, share: f64) -> Vec<Srgb> {
+    let pictures: Vec<_> = pictures.iter().map(|xyz| averaged(size, xyz)).collect();
+    let exposure = pictures.last().and_then(|xyz| exposure(&Map { size, xyz })).unwrap_or(1.0);
     let display = Display { exposure: share * exposure, tone_map: TONE_MAP };
-    pair.map(|xyz| xyz.iter().map(|xyz| display.srgb8_from_xyz(xyz.map(f64::from)).map(coarse)).collect())
+    let srgb =
+        |xyz: &Xyz| xyz.iter().map(|xyz| display.srgb8_from_xyz(xyz.map(f64::from)).map(coarse)).collect();
+    pictures.iter().map(srgb).collect()
 }
 
 /// Six bits of eight, black and white as they are: noise in the last bits is most of a file and nothing to the eye.
@@ -210,13 +234,13 @@ fn write(path: &Path, bytes: &[u8]) -> Result<()> {
 fn page() -> String {
     let mut page = format!(
         "# Gallery\n\n\
-         Made by `cargo xtask gallery`. Above: caustics mapping with default settings (seven wavelengths, 512 x 512 photons) on \
-         the CPU executor. Below: the oracle with {PHOTONS} photons. Left: light on the receiver that has been in glass, in its UV space; right: \
-         the scene's camera. Each pair shares one exposure, 1 / the oracle's 99th percentile of Y (0.6 of it for the prism, \
+         Made by `cargo xtask gallery`. From above: adaptive spectral mapping (`asm`, seven wavelengths, 512 x 512 photons) on the CPU executor \
+         without gap filling; with it (one row where a scene splits no light); the oracle with {PHOTONS} photons. Left: light on the receiver that \
+         has been in glass or in a mirror, in its UV space; right: the scene's camera. All of a column share one exposure, 1 / the oracle's 99th percentile of Y (0.6 of it for the prism, \
          whose colours a screen has only when dark), and one tone map, Reinhard with white at 6.\n",
     );
     for (name, caption) in CAPTIONS {
-        write!(page, "\n## {name}\n\n{caption}\n\n![{name}: caustics mapping above, the oracle below](pictures/{name}.png)\n")
+        write!(page, "\n## {name}\n\n{caption}\n\n![{name}: adaptive spectral mapping, gaps as they are and filled, above the oracle](pictures/{name}.png)\n")
             .expect("a String takes everything");
     }
     page
