@@ -29,13 +29,6 @@ struct ViewBand {
     reserved2: u32,
 }
 
-struct Optics {
-    index: f32,       // refractive index at a wavelength
-    absorption: f32,  // per working unit
-    surface: f32,     // share of refracted light that the surface lets pass
-    reserved: f32,
-}
-
 @group(0) @binding(0) var<uniform> params: DeferredRefraction;
 @group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
 @group(0) @binding(2) var<storage, read> views: array<View>;
@@ -57,13 +50,6 @@ const SEEN_TOTAL: u32 = 4u;     // totally reflected more often than is followed
 const SEEN_NO_EXIT: u32 = 5u;   // no way out in the picture, or out of the wrong side of a facet: dark
 const SEEN_ROWS: u32 = 6u;
 
-struct Exit {
-    found: bool,
-    contained: bool, // the hit is in its triangle, not only in its plane
-    triangle: u32,
-    hit: PlaneHit,
-}
-
 fn glass_at(layer: u32, texel: vec2<i32>) -> u32 {
     if layer == 0u {
         return textureLoad(back_visibility, texel, 0).r;
@@ -71,52 +57,24 @@ fn glass_at(layer: u32, texel: vec2<i32>) -> u32 {
     return textureLoad(glass_visibility, texel, 0).r;
 }
 
-fn texel_of(view: View, p: vec3<f32>) -> vec2<i32> {
-    return vec2<i32>(clamp(view_project(view, p).texel, vec2<f32>(0.0), vec2<f32>(view.size) - 1.0));
-}
-
-// Where a ray inside `object` leaves by faces that a layer shows, as `find_exit` of photon_trace.wgsl.
-fn exit_in_layer(view: View, ray: Ray, object: u32, layer: u32) -> Exit {
-    var best = Exit(false, false, 0u, PlaneHit(false, 0.0, 0.0, 0.0, 0.0));
-    var last = NOTHING;
-    var inner = 0.0;
-    var outer = params.exit_reach;
-    var distance = 0.0;
-    for (var i = 0u; i < params.exit_iterations; i++) {
-        let visible = glass_at(layer, texel_of(view, ray.origin + distance * ray.direction));
-        if visible != NOTHING && visible == last {
-            break;
-        }
-        var ahead = -1.0;
-        var behind_plane = false;
-        if visible != NOTHING && triangles[visible - 1u].object == object {
-            let hit = plane_hit(triangles[visible - 1u], ray);
-            behind_plane = hit.facing * (distance - hit.distance) < 0.0;
-            if hit.crosses && hit.facing > 0.0 && hit.distance > SAME_SURFACE {
-                ahead = hit.distance;
-                let contained = inside(hit);
-                if contained || !best.found || ahead < best.hit.distance {
-                    best = Exit(true, contained, visible - 1u, hit);
-                }
-                if contained {
-                    break;
-                }
-            }
-        }
-        if behind_plane {
-            inner = distance;
-        } else if distance > 0.0 {
-            outer = distance;
-        }
-        let between = ahead > inner && ahead < outer;
-        last = select(NOTHING, visible, between);
-        distance = select(0.5 * (inner + outer), ahead, between);
+// Where a ray inside `object` leaves by faces that a layer shows.
+fn exit_in_layer(view: View, ray: Ray, object: u32, layer: u32) -> ExitSearch {
+    var search = exit_search(params.exit_reach);
+    for (var i = 0u; i < params.exit_iterations && !search.done; i++) {
+        let texel = view_texel(view, ray.origin + search.distance * ray.direction);
+        search = exit_search_step(search, glass_at(layer, texel), ray, object);
     }
-    return best;
+    if exit_search_is_close(search) {
+        let texel = view_texel(view, ray.origin + search.hit.distance * ray.direction);
+        for (var i = 0; i < 8; i++) {
+            search = exit_search_beside(search, glass_at(layer, texel_beside(view, texel, i)), ray, object);
+        }
+    }
+    return search;
 }
 
 // The back faces that the camera sees, and after a reflection the front faces too.
-fn find_exit(view: View, ray: Ray, object: u32, reflected: bool) -> Exit {
+fn find_exit(view: View, ray: Ray, object: u32, reflected: bool) -> ExitSearch {
     let back = exit_in_layer(view, ray, object, 0u);
     if !reflected || back.contained {
         return back;
@@ -192,7 +150,7 @@ fn find_background(view: View, sample: vec2<u32>, ray: Ray) -> Seen {
         } else {
             distance *= 0.5;
         }
-        visible = textureLoad(camera_visibility, texel_of(view, ray.origin + distance * ray.direction), 0).r;
+        visible = textureLoad(camera_visibility, view_texel(view, ray.origin + distance * ray.direction), 0).r;
     }
     if !found {
         return Seen(SEEN_NOTHING, 0.0, vec3<f32>(0.0));

@@ -44,13 +44,6 @@ struct Band {
     reserved: u32,
 }
 
-struct Optics {
-    index: f32,       // refractive index at a band's wavelength
-    absorption: f32,  // per working unit
-    surface: f32,     // share of refracted light that the surface lets pass
-    reserved: f32,
-}
-
 @group(0) @binding(0) var<uniform> params: PhotonTrace;
 @group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
 @group(0) @binding(2) var<storage, read> views: array<View>;
@@ -82,54 +75,21 @@ struct Traced {
     deposit: vec3<u32>, // XYZ
 }
 
-struct Exit {
-    found: bool,
-    triangle: u32,
-    hit: PlaneHit,
-}
-
-// The back face of `object` where a ray that has entered it leaves again. The plane of the back face under a guess is the
-// next guess, as long as it lies between where the ray was seen inside and where outside; else their middle. A guess
-// inside its triangle is the answer; else the nearest plane, which is right for convex bodies.
-fn find_exit(view: View, ray: Ray, object: u32) -> Exit {
-    var best = Exit(false, 0u, PlaneHit(false, 0.0, 0.0, 0.0, 0.0));
-    var last = NOTHING; // whose plane the guess is on
-    var inner = 0.0;
-    var outer = params.exit_reach;
-    var distance = 0.0;
-    for (var i = 0u; i < params.exit_iterations; i++) {
-        let at = view_project(view, ray.origin + distance * ray.direction).texel;
-        let texel = vec2<i32>(clamp(at, vec2<f32>(0.0), vec2<f32>(view.size) - 1.0));
-        let visible = textureLoad(exit_visibility, texel, 0).r;
-        if visible != NOTHING && visible == last {
-            break;
-        }
-        var ahead = -1.0;
-        var behind_plane = false;
-        if visible != NOTHING && triangles[visible - 1u].object == object {
-            let hit = plane_hit(triangles[visible - 1u], ray);
-            behind_plane = hit.facing * (distance - hit.distance) < 0.0;
-            if hit.crosses && hit.facing > 0.0 && hit.distance > 0.0 {
-                ahead = hit.distance;
-                let contained = inside(hit);
-                if contained || !best.found || ahead < best.hit.distance {
-                    best = Exit(true, visible - 1u, hit);
-                }
-                if contained {
-                    break;
-                }
-            }
-        }
-        if behind_plane {
-            inner = distance;
-        } else if distance > 0.0 {
-            outer = distance;
-        }
-        let between = ahead > inner && ahead < outer;
-        last = select(NOTHING, visible, between);
-        distance = select(0.5 * (inner + outer), ahead, between);
+// Where a ray that has entered `object` leaves it by the back faces that the light sees.
+fn find_exit(view: View, ray: Ray, object: u32) -> ExitSearch {
+    var search = exit_search(params.exit_reach);
+    for (var i = 0u; i < params.exit_iterations && !search.done; i++) {
+        let texel = view_texel(view, ray.origin + search.distance * ray.direction);
+        search = exit_search_step(search, textureLoad(exit_visibility, texel, 0).r, ray, object);
     }
-    return best;
+    if exit_search_is_close(search) {
+        let texel = view_texel(view, ray.origin + search.hit.distance * ray.direction);
+        for (var i = 0; i < 8; i++) {
+            let visible = textureLoad(exit_visibility, texel_beside(view, texel, i), 0).r;
+            search = exit_search_beside(search, visible, ray, object);
+        }
+    }
+    return search;
 }
 
 struct Landing {
@@ -229,6 +189,35 @@ fn find_landing(ray: Ray) -> Landing {
     return Landing(END_LANDED, at, visible, distance, astray, false);
 }
 
+// What a photon meets first.
+struct Entry {
+    visible: u32,
+    hit: PlaneHit,
+}
+
+// Rasterisers round corners to parts of a texel, each in its own way: a texel's centre may lie just beside the triangle that
+// it shows, or on an edge. The photon then enters by the triangle round about that its ray meets, whoever drew the view.
+fn entry_at(view: View, texel: vec2<i32>, ray: Ray) -> Entry {
+    var entry = Entry(textureLoad(entry_visibility, texel, 0).r, PlaneHit(false, 0.0, 0.0, 0.0, 0.0));
+    if entry.visible == NOTHING {
+        return entry;
+    }
+    entry.hit = plane_hit(triangles[entry.visible - 1u], ray);
+    if well_inside(entry.hit) {
+        return entry;
+    }
+    for (var i = 0; i < 8; i++) {
+        let visible = textureLoad(entry_visibility, texel_beside(view, texel, i), 0).r;
+        if visible != NOTHING {
+            let hit = plane_hit(triangles[visible - 1u], ray);
+            if preferred(hit, visible, entry.hit, entry.visible) {
+                entry = Entry(visible, hit);
+            }
+        }
+    }
+    return entry;
+}
+
 fn spot_falloff(direction: vec3<f32>) -> f32 {
     let cone = clamp(dot(direction, params.spot_axis) * params.spot_scale + params.spot_offset, 0.0, 1.0);
     return cone * cone;
@@ -252,18 +241,18 @@ fn trace(texel: vec2<u32>, band: u32) -> Traced {
     let aimed = u32(QUANTUM * view_texel_measure(view, texel) * spot_falloff(light_ray.direction) + 0.5);
     var photon = Photon(END_MISSED, aimed, aimed, 0u, 0u, 0u, false, false);
 
-    let visible = textureLoad(entry_visibility, vec2<i32>(texel), 0).r;
-    if visible == NOTHING {
+    let seen = entry_at(view, vec2<i32>(texel), light_ray);
+    if seen.visible == NOTHING {
         return traced(photon);
     }
-    let front = triangles[visible - 1u];
+    let front = triangles[seen.visible - 1u];
     if (front.flags & TRIANGLE_REFRACTS) == 0u {
         if textureLoad(exit_visibility, vec2<i32>(texel), 0).r != NOTHING {
             photon.end = END_BLOCKED;
         }
         return traced(photon);
     }
-    let hit = plane_hit(front, light_ray);
+    let hit = seen.hit;
     if !hit.crosses || (params.range > 0.0 && hit.distance > params.range) {
         return traced(photon);
     }

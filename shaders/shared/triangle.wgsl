@@ -59,6 +59,26 @@ fn inside(hit: PlaneHit) -> bool {
     return hit.crosses && hit.u >= -EDGE && hit.v >= -EDGE && hit.u + hit.v <= 1.0 + EDGE;
 }
 
+// No rounding makes the hit another triangle's.
+fn well_inside(hit: PlaneHit) -> bool {
+    return hit.crosses && hit.u >= EDGE && hit.v >= EDGE && hit.u + hit.v <= 1.0 - EDGE;
+}
+
+// Two triangles that a ray meets on their common edge, within EDGE of it, are met no farther apart, working units.
+const SAME_EDGE: f32 = 1e-3;
+
+// A hit of triangle `index` rather than `other`, a hit of triangle `other_index`: the one inside its triangle, else the nearer, but of
+// the triangles round an edge always the same one, whatever rounding made of the distances.
+fn preferred(hit: PlaneHit, index: u32, other: PlaneHit, other_index: u32) -> bool {
+    if !inside(hit) || !inside(other) {
+        return inside(hit);
+    }
+    if abs(hit.distance - other.distance) > SAME_EDGE {
+        return hit.distance < other.distance;
+    }
+    return index < other_index;
+}
+
 fn interpolated_normal(t: Triangle, hit: PlaneHit) -> vec3<f32> {
     return normalize((1.0 - hit.u - hit.v) * t.n0 + hit.u * t.n1 + hit.v * t.n2);
 }

@@ -56,6 +56,17 @@ fn view_project(view: View, p: vec3<f32>) -> Projected {
     return Projected(vec2<f32>(middle.x + offset.x, middle.y - offset.y), select(1.0, z, view.perspective == 1u));
 }
 
+// The texel that shows `p`, or of the grid's edge the nearest.
+fn view_texel(view: View, p: vec3<f32>) -> vec2<i32> {
+    return vec2<i32>(clamp(view_project(view, p).texel, vec2<f32>(0.0), vec2<f32>(view.size) - 1.0));
+}
+
+// One of the eight texels round another.
+fn texel_beside(view: View, texel: vec2<i32>, side: i32) -> vec2<i32> {
+    let place = side + side / 4; // of 3 x 3, without the middle
+    return clamp(texel + vec2<i32>(place % 3, place / 3) - 1, vec2<i32>(0), vec2<i32>(view.size) - 1);
+}
+
 fn view_slope(view: View, texel: vec2<f32>) -> vec2<f32> {
     let offset = texel - 0.5 * vec2<f32>(view.size);
     return view.slope_center + vec2<f32>(offset.x, -offset.y) * view.texel_slope;

@@ -3,7 +3,8 @@
 //! A plan is plain data, so a fault is a change to its bytes or steps; executors know nothing of it.
 
 use asm_core::BakePlan;
-use asm_core::passes::photon_trace::{Band, Optics};
+use asm_core::passes::photon_trace::Band;
+use asm_core::shared::exit_search::Optics;
 use clap::ValueEnum;
 use frame_plan::{Plan, Step};
 use serde::Serialize;

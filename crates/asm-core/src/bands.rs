@@ -7,7 +7,8 @@ use spectral_core::upsample::SmoothSpectrum;
 use spectral_core::wavelengths::WavelengthSet;
 use spectral_scene::{Effects, Light, Material, Scene};
 
-use crate::passes::photon_trace::{Band, Optics};
+use crate::passes::photon_trace::Band;
+use crate::shared::exit_search::Optics;
 use crate::shared::flux::WHOLE;
 use crate::{PlanError, Settings};
 

@@ -18,10 +18,11 @@ use crate::geometry::{Geometry, bounds};
 use crate::lights::{LightSetup, Purpose, Receivers, light_setups, texel_extent};
 use crate::passes::map_resolve::MapResolve;
 use crate::passes::photon_trace::{
-    Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, Optics, PhotonTrace,
+    Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, PhotonTrace,
 };
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
 use crate::resources::{Resources, cleared};
+use crate::shared::exit_search::Optics;
 use crate::shared::flux::QUANTUM;
 use crate::shared::irradiance::Light as LightParams;
 use crate::shared::ledger::{LEDGER_ROWS, LEDGER_WORDS};

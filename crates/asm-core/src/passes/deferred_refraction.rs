@@ -8,11 +8,12 @@ use frame_plan::{BindingKind, PassInfo, PassKind};
 use glam::{Mat3, UVec2, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
-use super::photon_trace::Optics;
 use super::{
-    CROSSING_WGSL, LEDGER_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE, binding,
+    CROSSING_WGSL, EXIT_SEARCH_WGSL, LEDGER_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE,
+    binding,
 };
 use crate::shared::crossing::cross_surface;
+use crate::shared::exit_search::{Exit, Inside, Optics};
 use crate::shared::flux::add_64;
 use crate::shared::ledger::{END_LANDED, END_NO_EXIT, END_TOTAL};
 use crate::shared::triangle::{NOTHING, PlaneHit, SAME_SURFACE, TRIANGLE_OPEN, Triangle};
@@ -88,6 +89,7 @@ pub const DEFERRED_REFRACTION: PassInfo = PassInfo {
         REFRACT_WGSL,
         LEDGER_WGSL,
         CROSSING_WGSL,
+        EXIT_SEARCH_WGSL,
         include_str!("../../../../shaders/deferred_refraction.wgsl"),
     ],
     params_struct: "DeferredRefraction",
@@ -148,13 +150,6 @@ pub struct Inputs<'a> {
     pub back_visibility: TextureView<'a>,
 }
 
-#[derive(Clone, Copy)]
-struct Exit {
-    contained: bool,
-    triangle: u32,
-    hit: PlaneHit,
-}
-
 struct Seen {
     end: u32,
     distance: f32,
@@ -196,49 +191,12 @@ pub(crate) fn end_counts(words: &[u32]) -> [u64; SEEN_ROWS] {
 }
 
 impl Inputs<'_> {
-    fn texel_of(&self, p: Vec3) -> UVec2 {
-        let at = self.view.project(p).texel;
-        at.clamp(Vec2::ZERO, self.view.size.as_vec2() - 1.0).as_uvec2()
-    }
-
-    /// Where a ray inside `object` leaves by faces that a layer shows, as `find_exit` of `photon_trace`.
+    /// Where a ray inside `object` leaves by faces that a layer shows.
     fn exit_in_layer(&self, ray: Ray, object: u32, layer: &TextureView<'_>) -> Option<Exit> {
-        let mut best: Option<Exit> = None;
-        let mut last = NOTHING;
-        let (mut inner, mut outer) = (0.0, self.params.exit_reach);
-        let mut distance = 0.0;
-        for _ in 0..self.params.exit_iterations {
-            let texel = self.texel_of(ray.origin + distance * ray.direction);
-            let visible = layer.load_uint(texel.x, texel.y);
-            if visible != NOTHING && visible == last {
-                break;
-            }
-            let mut ahead = -1.0;
-            let mut behind_plane = false;
-            if visible != NOTHING && self.triangles[visible as usize - 1].object == object {
-                let hit = self.triangles[visible as usize - 1].plane_hit(ray);
-                behind_plane = hit.facing * (distance - hit.distance) < 0.0;
-                if hit.crosses && hit.facing > 0.0 && hit.distance > SAME_SURFACE {
-                    ahead = hit.distance;
-                    let contained = hit.inside();
-                    if contained || best.is_none_or(|best| ahead < best.hit.distance) {
-                        best = Some(Exit { contained, triangle: visible - 1, hit });
-                    }
-                    if contained {
-                        break;
-                    }
-                }
-            }
-            if behind_plane {
-                inner = distance;
-            } else if distance > 0.0 {
-                outer = distance;
-            }
-            let between = ahead > inner && ahead < outer;
-            last = if between { visible } else { NOTHING };
-            distance = if between { ahead } else { 0.5 * (inner + outer) };
-        }
-        best
+        let inside = Inside { triangles: self.triangles, ray, object };
+        inside.find_exit(self.view, self.params.exit_reach, self.params.exit_iterations, |texel| {
+            layer.load_uint(texel.x, texel.y)
+        })
     }
 
     /// The back faces that the camera sees, and after a reflection the front faces too.
@@ -308,7 +266,7 @@ impl Inputs<'_> {
             } else {
                 distance *= 0.5;
             }
-            let texel = self.texel_of(ray.origin + distance * ray.direction);
+            let texel = self.view.texel(ray.origin + distance * ray.direction);
             visible = self.camera_visibility.load_uint(texel.x, texel.y);
         }
         if !found {

@@ -41,6 +41,7 @@ const VISIBILITY_WGSL: &str = include_str!("../../../../shaders/shared/visibilit
 const PHOTON_QUEUE_WGSL: &str = include_str!("../../../../shaders/shared/photon_queue.wgsl");
 const GAP_WGSL: &str = include_str!("../../../../shaders/shared/gap.wgsl");
 const CROSSING_WGSL: &str = include_str!("../../../../shaders/shared/crossing.wgsl");
+const EXIT_SEARCH_WGSL: &str = include_str!("../../../../shaders/shared/exit_search.wgsl");
 const LEDGER_WGSL: &str = include_str!("../../../../shaders/shared/ledger.wgsl");
 const IRRADIANCE_WGSL: &str = include_str!("../../../../shaders/shared/irradiance.wgsl");
 

@@ -16,10 +16,12 @@ use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{
-    CROSSING_WGSL, FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, PHOTON_QUEUE_WGSL, REFRACT_WGSL, SPLAT_WGSL,
-    TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY, binding,
+    CROSSING_WGSL, EXIT_SEARCH_WGSL, FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, PHOTON_QUEUE_WGSL,
+    REFRACT_WGSL, SPLAT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY,
+    binding,
 };
 use crate::shared::crossing::cross_surface;
+use crate::shared::exit_search::{Exit, Inside, Optics};
 use crate::shared::flux::{QUANTUM, add_64, flux_part, part_from};
 use crate::shared::ledger::*;
 use crate::shared::light_views::{Located, locate, locate_clamped};
@@ -112,20 +114,6 @@ pub struct Band {
     pub reserved: u32,
 }
 
-/// A material at one wavelength; mirrors `Optics`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Optics {
-    /// Refractive index.
-    pub index: f32,
-    /// Absorption per working unit.
-    pub absorption: f32,
-    /// Share of refracted light that the surface lets pass.
-    pub surface: f32,
-    /// Padding.
-    pub reserved: f32,
-}
-
 /// All that an executor needs to build and run `photon_trace`.
 pub const PHOTON_TRACE: PassInfo = PassInfo {
     name: "photon_trace",
@@ -137,6 +125,7 @@ pub const PHOTON_TRACE: PassInfo = PassInfo {
         LIGHT_VIEWS_WGSL,
         LEDGER_WGSL,
         CROSSING_WGSL,
+        EXIT_SEARCH_WGSL,
         PHOTON_QUEUE_WGSL,
         SPLAT_WGSL,
         include_str!("../../../../shaders/photon_trace.wgsl"),
@@ -225,8 +214,8 @@ pub struct Deposit {
     pub flux: [u32; 3],
 }
 
-#[derive(Clone, Copy)]
-struct Exit {
+/// What a photon meets first.
+struct Entry {
     triangle: u32,
     hit: PlaneHit,
 }
@@ -387,47 +376,12 @@ impl Inputs<'_> {
         NOTHING
     }
 
-    /// The back face of `object` where a ray that has entered it leaves again. The plane of the back face under a guess is the
-    /// next guess, as long as it lies between where the ray was seen inside and where outside; else their middle. A guess
-    /// inside its triangle is the answer; else the nearest plane, which is right for convex bodies.
+    /// Where a ray that has entered `object` leaves it by the back faces that the light sees.
     fn find_exit(&self, view: &View, ray: Ray, object: u32) -> Option<Exit> {
-        let mut best: Option<Exit> = None;
-        let mut last = NOTHING; // whose plane the guess is on
-        let (mut inner, mut outer) = (0.0, self.params.exit_reach);
-        let mut distance = 0.0;
-        for _ in 0..self.params.exit_iterations {
-            let at = view.project(ray.origin + distance * ray.direction).texel;
-            let texel = at.clamp(Vec2::ZERO, view.size.as_vec2() - 1.0).as_uvec2();
-            let visible = self.exit_visibility.load_uint(texel.x, texel.y);
-            if visible != NOTHING && visible == last {
-                break;
-            }
-            let mut ahead = -1.0;
-            let mut behind_plane = false;
-            if visible != NOTHING && self.triangles[visible as usize - 1].object == object {
-                let hit = self.triangles[visible as usize - 1].plane_hit(ray);
-                behind_plane = hit.facing * (distance - hit.distance) < 0.0;
-                if hit.crosses && hit.facing > 0.0 && hit.distance > 0.0 {
-                    ahead = hit.distance;
-                    let contained = hit.inside();
-                    if contained || best.is_none_or(|best| ahead < best.hit.distance) {
-                        best = Some(Exit { triangle: visible - 1, hit });
-                    }
-                    if contained {
-                        break;
-                    }
-                }
-            }
-            if behind_plane {
-                inner = distance;
-            } else if distance > 0.0 {
-                outer = distance;
-            }
-            let between = ahead > inner && ahead < outer;
-            last = if between { visible } else { NOTHING };
-            distance = if between { ahead } else { 0.5 * (inner + outer) };
-        }
-        best
+        let inside = Inside { triangles: self.triangles, ray, object };
+        inside.find_exit(view, self.params.exit_reach, self.params.exit_iterations, |texel| {
+            self.exit_visibility.load_uint(texel.x, texel.y)
+        })
     }
 
     /// What the map's view shows where it sees a point; where that is nothing, what it shows of the receivers' middle.
@@ -500,6 +454,28 @@ impl Inputs<'_> {
         Landing { visible, astray, ..ended(END_LANDED) }
     }
 
+    /// Rasterisers round corners to parts of a texel, each in its own way: a texel's centre may lie just beside the triangle
+    /// that it shows, or on an edge. The photon then enters by the triangle round about that its ray meets, whoever drew the
+    /// view.
+    fn entry_at(&self, view: &View, texel: UVec2, ray: Ray) -> Option<Entry> {
+        let entry = |texel: UVec2| {
+            let index = self.entry_visibility.load_uint(texel.x, texel.y).checked_sub(1)?;
+            Some(Entry { triangle: index, hit: self.triangles[index as usize].plane_hit(ray) })
+        };
+        let mut first = entry(texel)?;
+        if first.hit.well_inside() {
+            return Some(first);
+        }
+        for side in 0..8 {
+            if let Some(other) = entry(view.texel_beside(texel, side))
+                && other.hit.is_preferred(other.triangle, &first.hit, first.triangle)
+            {
+                first = other;
+            }
+        }
+        Some(first)
+    }
+
     fn spot_falloff(&self, direction: Vec3) -> f32 {
         let cosine = direction.dot(self.params.spot_axis);
         let cone = (cosine * self.params.spot_scale + self.params.spot_offset).clamp(0.0, 1.0);
@@ -524,18 +500,16 @@ impl Inputs<'_> {
             beside: false,
         };
 
-        let visible = self.entry_visibility.load_uint(texel.x, texel.y);
-        if visible == NOTHING {
+        let Some(Entry { triangle, hit }) = self.entry_at(view, texel, light_ray) else {
             return (photon, None);
-        }
-        let front = &self.triangles[visible as usize - 1];
+        };
+        let front = &self.triangles[triangle as usize];
         if front.flags & TRIANGLE_REFRACTS == 0 {
             if self.exit_visibility.load_uint(texel.x, texel.y) != NOTHING {
                 photon.end = END_BLOCKED;
             }
             return (photon, None);
         }
-        let hit = front.plane_hit(light_ray);
         if !hit.crosses || (params.range > 0.0 && hit.distance > params.range) {
             return (photon, None);
         }

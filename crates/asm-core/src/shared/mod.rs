@@ -1,6 +1,7 @@
 //! Host side of `shaders/shared/`: one module per file, the same structs and functions in the same order.
 
 pub mod crossing;
+pub mod exit_search;
 pub mod flux;
 pub mod gap;
 pub mod irradiance;

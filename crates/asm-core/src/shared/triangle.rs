@@ -74,6 +74,9 @@ pub const GRAZING: f32 = 1e-6;
 /// A weight may be this far outside the triangle and still count as on its edge.
 pub const EDGE: f32 = 1e-4;
 
+/// Two triangles that a ray meets on their common edge, within [`EDGE`] of it, are met no farther apart, working units.
+pub const SAME_EDGE: f32 = 1e-3;
+
 impl Triangle {
     /// (p1 - p0) x (p2 - p0), pointing out of the surface; its length is twice the area.
     pub fn scaled_normal(&self) -> Vec3 {
@@ -111,5 +114,22 @@ impl PlaneHit {
     /// The hit is in the triangle, not only in its plane.
     pub fn inside(&self) -> bool {
         self.crosses && self.u >= -EDGE && self.v >= -EDGE && self.u + self.v <= 1.0 + EDGE
+    }
+
+    /// No rounding makes the hit another triangle's.
+    pub fn well_inside(&self) -> bool {
+        self.crosses && self.u >= EDGE && self.v >= EDGE && self.u + self.v <= 1.0 - EDGE
+    }
+
+    /// This hit of triangle `index` rather than `other` of triangle `other_index`: the one inside its triangle, else the nearer,
+    /// but of the triangles round an edge always the same one, whatever rounding made of the distances.
+    pub fn is_preferred(&self, index: u32, other: &Self, other_index: u32) -> bool {
+        if !self.inside() || !other.inside() {
+            return self.inside();
+        }
+        if (self.distance - other.distance).abs() > SAME_EDGE {
+            return self.distance < other.distance;
+        }
+        index < other_index
     }
 }

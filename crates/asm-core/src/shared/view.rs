@@ -1,7 +1,7 @@
 //! Host side of `shaders/shared/view.wgsl`: a light or a camera looking onto a texel grid.
 
 use bytemuck::{Pod, Zeroable};
-use glam::{UVec2, Vec2, Vec3, Vec4};
+use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 
 /// A light or a camera; mirrors `View` in `shaders/shared/view.wgsl`, which explains the terms.
 ///
@@ -82,6 +82,18 @@ impl View {
             texel: Vec2::new(middle.x + offset.x, middle.y - offset.y),
             z: if self.perspective == 1 { z } else { 1.0 },
         }
+    }
+
+    /// The texel that shows `p`, or of the grid's edge the nearest.
+    pub fn texel(&self, p: Vec3) -> UVec2 {
+        self.project(p).texel.clamp(Vec2::ZERO, self.size.as_vec2() - 1.0).as_uvec2()
+    }
+
+    /// One of the eight texels round another.
+    pub fn texel_beside(&self, texel: UVec2, side: i32) -> UVec2 {
+        let place = side + side / 4; // of 3 x 3, without the middle
+        let at = texel.as_ivec2() + IVec2::new(place % 3, place / 3) - 1;
+        at.clamp(IVec2::ZERO, self.size.as_ivec2() - 1).as_uvec2()
     }
 
     /// Slope of a place on the grid.
