@@ -247,6 +247,19 @@ impl RenderPlan {
         self.picture
     }
 
+    /// From the next frame on, have the statistics come to the host with each frame, for [`RenderPlan::latest_statistics`].
+    ///
+    /// # Errors
+    /// Those of [`Executor::watch`].
+    pub fn watch_statistics(&self, executor: &mut dyn Executor) -> Result<(), ExecuteError> {
+        self.books.watch(executor)
+    }
+
+    /// Statistics of the last frame that is known to have finished, a frame late or more; none if there is none yet. Never waits.
+    pub fn latest_statistics(&self, executor: &mut dyn Executor) -> Option<Statistics> {
+        self.books.latest(executor)
+    }
+
     /// What the last frame of `executor`, which runs this plan, left behind.
     ///
     /// # Errors

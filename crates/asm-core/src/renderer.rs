@@ -105,6 +105,7 @@ impl<E: Executor> AsmRenderer<E> {
     fn take(&mut self, render: RenderPlan) -> Result<(), AsmError> {
         self.prepared = None;
         self.executor.prepare(&render.plan)?;
+        render.watch_statistics(&mut self.executor)?;
         self.prepared = Some(render);
         Ok(())
     }
@@ -143,6 +144,12 @@ impl<E: Executor> AsmRenderer<E> {
             return Err(ExecuteError::nothing_prepared().into());
         }
         Ok(self.executor.execute()?)
+    }
+
+    /// Statistics of the last frame of the prepared picture that is known to have finished: a frame late or more, without waiting.
+    /// None if there is none yet.
+    pub fn latest_statistics(&mut self) -> Option<Statistics> {
+        self.prepared.as_ref()?.latest_statistics(&mut self.executor)
     }
 
     /// Wait for the last frame of the prepared picture and read it.

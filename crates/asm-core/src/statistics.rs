@@ -236,17 +236,47 @@ pub(crate) struct Books {
     pub(crate) lights: Vec<LightBooks>,
 }
 
-fn words(executor: &mut dyn Executor, buffer: Option<ResourceId>) -> Result<Vec<u32>, ExecuteError> {
-    let Some(buffer) = buffer else { return Ok(Vec::new()) };
-    Ok(executor.read(buffer)?.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect())
+fn words(bytes: &[u8]) -> Vec<u32> {
+    bytes.chunks_exact(4).map(bytemuck::pod_read_unaligned).collect()
 }
 
 impl Books {
+    /// The buffers that a frame keeps the books in.
+    fn buffers(&self) -> [Option<ResourceId>; 4] {
+        [self.ledger, self.queue_heads, self.gap_energy, self.view_counts]
+    }
+
+    /// Have the books come to the host after every frame, for [`Books::latest`].
+    pub(crate) fn watch(&self, executor: &mut dyn Executor) -> Result<(), ExecuteError> {
+        let buffers: Vec<_> = self.buffers().into_iter().flatten().collect();
+        executor.watch(&buffers)
+    }
+
+    /// Of the last frame; waits for it.
     pub(crate) fn read(&self, executor: &mut dyn Executor) -> Result<Statistics, ExecuteError> {
-        let ledger = words(executor, self.ledger)?;
-        let queue_heads = words(executor, self.queue_heads)?;
-        let gap_energy = words(executor, self.gap_energy)?;
-        let view_counts = words(executor, self.view_counts)?;
+        let mut contents: [Vec<u32>; 4] = Default::default();
+        for (words_of, buffer) in contents.iter_mut().zip(self.buffers()) {
+            if let Some(buffer) = buffer {
+                *words_of = words(&executor.read(buffer)?);
+            }
+        }
+        Ok(self.statistics(&contents, executor))
+    }
+
+    /// Of the last frame that is known to have finished; none if there is none yet. Never waits.
+    pub(crate) fn latest(&self, executor: &mut dyn Executor) -> Option<Statistics> {
+        let mut contents: [Vec<u32>; 4] = Default::default();
+        for (words_of, buffer) in contents.iter_mut().zip(self.buffers()) {
+            if let Some(buffer) = buffer {
+                *words_of = words(executor.latest(buffer)?);
+            }
+        }
+        Some(self.statistics(&contents, executor))
+    }
+
+    /// From the words of [`Books::buffers`].
+    fn statistics(&self, contents: &[Vec<u32>; 4], executor: &mut dyn Executor) -> Statistics {
+        let [ledger, queue_heads, gap_energy, view_counts] = contents;
         let (mut first_head, mut first_row) = (0, 0);
         let lights: Vec<LightStatistics> = self
             .lights
@@ -275,11 +305,10 @@ impl Books {
             .collect();
         let photons = lights.iter().flat_map(|l| &l.ledgers).map(|l| u64::from(l.emitted.photons)).sum();
         let view = (!view_counts.is_empty()).then(|| {
-            let [seen, hidden, outside_picture, nothing, total_reflection, no_exit] =
-                end_counts(&view_counts);
+            let [seen, hidden, outside_picture, nothing, total_reflection, no_exit] = end_counts(view_counts);
             ViewStatistics { seen, hidden, outside_picture, nothing, total_reflection, no_exit }
         });
         let (device, step_times) = (executor.info().clone(), executor.step_times());
-        Ok(Statistics { device, photons, lights, view, step_times })
+        Statistics { device, photons, lights, view, step_times }
     }
 }

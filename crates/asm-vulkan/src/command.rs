@@ -394,7 +394,7 @@ impl Builder<'_> {
         let info = self.source.passes.get(&step.pass).expect("validated pass name");
         let pipeline = self.source.pipelines.get(info.name);
         let (pipeline, layout) = (pipeline.pipeline.raw(), pipeline.layout.raw());
-        let offset = step.params.map(|id| self.source.params.offset(id, iteration));
+        let offset = step.params.map(|id| self.source.params.layout.offset(id, iteration));
         let key = (info.name, step.bindings.clone());
         let set = match self.sets.get(&key) {
             Some(set) => *set,

@@ -1,6 +1,7 @@
 //! Formats and states of plans in Vulkan's terms.
 
 use ash::vk;
+use frame_plan::device::Uses;
 use frame_plan::{BindingKind, Cull, DepthTest, DeviceType, Load, PassInfo, PassKind, TextureFormat};
 
 pub(crate) const fn format(format: TextureFormat) -> vk::Format {
@@ -99,20 +100,34 @@ pub(crate) fn depth_load(load: Load) -> (vk::AttachmentLoadOp, vk::ClearValue) {
     (vk::AttachmentLoadOp::CLEAR, vk::ClearValue { depth_stencil })
 }
 
-/// Usage of a texture that a pass binds so.
-pub(crate) const fn texture_usage(kind: BindingKind) -> vk::ImageUsageFlags {
-    match kind {
-        BindingKind::StorageTexture { .. } => vk::ImageUsageFlags::STORAGE,
-        _ => vk::ImageUsageFlags::SAMPLED,
+/// Usages of a buffer with which the steps do this.
+pub(crate) fn buffer_usages(uses: Uses) -> vk::BufferUsageFlags {
+    let mut usages = vk::BufferUsageFlags::STORAGE_BUFFER | vk::BufferUsageFlags::TRANSFER_DST;
+    if uses.indirect {
+        usages |= vk::BufferUsageFlags::INDIRECT_BUFFER;
     }
+    if uses.copy_source {
+        usages |= vk::BufferUsageFlags::TRANSFER_SRC;
+    }
+    usages
 }
 
-/// Usage of a texture that a draw writes.
-pub(crate) const fn target_usage(format: TextureFormat) -> vk::ImageUsageFlags {
-    match format {
+/// Usages of a texture with which the steps do this.
+pub(crate) fn image_usages(uses: Uses, format: TextureFormat) -> vk::ImageUsageFlags {
+    let target = match format {
         TextureFormat::Depth32Float => vk::ImageUsageFlags::DEPTH_STENCIL_ATTACHMENT,
         _ => vk::ImageUsageFlags::COLOR_ATTACHMENT,
-    }
+    };
+    [
+        (uses.sampled, vk::ImageUsageFlags::SAMPLED),
+        (uses.stored, vk::ImageUsageFlags::STORAGE),
+        (uses.target, target),
+        (uses.copy_source, vk::ImageUsageFlags::TRANSFER_SRC),
+        (uses.copy_target, vk::ImageUsageFlags::TRANSFER_DST),
+    ]
+    .into_iter()
+    .filter(|(used, _)| *used)
+    .fold(vk::ImageUsageFlags::empty(), |usages, (_, usage)| usages | usage)
 }
 
 pub(crate) fn sampler(linear: bool, repeat: bool) -> vk::SamplerCreateInfo<'static> {

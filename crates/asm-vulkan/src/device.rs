@@ -78,7 +78,7 @@ pub(crate) struct Gpu {
     pub(crate) timestamp_bits: u32,
     pub(crate) robust_buffers: bool,
     pub(crate) fragment_writes: bool,
-    /// Live objects, by kind.
+    /// Objects by kind.
     pub(crate) objects: Arc<ObjectCounts>,
     pub(crate) allocator: ManuallyDrop<Mutex<Allocator>>,
     /// Counts submissions.

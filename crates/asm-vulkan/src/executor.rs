@@ -5,10 +5,11 @@ use std::path::Path;
 use std::sync::Arc;
 
 use ash::vk;
+use frame_plan::device::{Float32, Uses};
 use frame_plan::spirv::SpirvPasses;
 use frame_plan::{
-    BindingKind, DeviceInfo, ExecuteError, Executor, Limits, ParamsId, PassKind, Plan, ResourceId,
-    ResourceKind, StepTime, TextureFormat,
+    BindingKind, DeviceInfo, ExecuteError, Executor, Limits, Made, ParamsId, PassKind, Plan, ResourceId,
+    StepTime,
 };
 
 use crate::adapter::{Instance, VulkanOptions};
@@ -19,7 +20,7 @@ use crate::device::{Gpu, VulkanHost};
 use crate::object::{Buffer, Commands};
 use crate::pipeline::Pipelines;
 use crate::readback::{self, Watched};
-use crate::resources::{Held, HostBuffer, HostImage, Import, ParamsBuffer, Usages, allocate, check_import};
+use crate::resources::{Held, HostBuffer, HostImage, Import, ParamsBuffer, allocate, check_import};
 use crate::timing::Timing;
 use crate::upload::{Uploads, fill};
 
@@ -57,7 +58,7 @@ struct Prepared {
     program: Program,
     /// Without initial contents.
     plan: Plan,
-    usages: Usages,
+    uses: Vec<Uses>,
     resources: Vec<Held>,
     params: ParamsBuffer,
     tracker: Tracker,
@@ -158,12 +159,6 @@ impl VulkanExecutor {
         Ok(buffer)
     }
 
-    /// Pipelines made so far; plans that name the same passes share them.
-    #[must_use]
-    pub fn pipeline_count(&self) -> usize {
-        self.pipelines.len()
-    }
-
     /// Bytes of compiled pipelines that were found in, or written to, [`VulkanOptions::pipeline_cache`].
     #[must_use]
     pub const fn cached_pipeline_bytes(&self) -> usize {
@@ -173,7 +168,7 @@ impl VulkanExecutor {
     /// Vulkan objects of the executor that are alive, by kind.
     #[must_use]
     pub fn live_objects(&self) -> Vec<(&'static str, usize)> {
-        self.gpu.objects.report()
+        self.gpu.objects.live()
     }
 
     /// A buffer of the prepared plan, for a host that goes on with it on the device.
@@ -186,28 +181,6 @@ impl VulkanExecutor {
     #[must_use]
     pub fn image(&self, id: ResourceId) -> Option<vk::Image> {
         self.prepared.as_ref()?.resources.get(id.0 as usize)?.image()
-    }
-
-    /// From the next frame on, bring what these readable resources of the prepared plan hold after each frame to the host, in the
-    /// frame's own commands: for [`VulkanExecutor::latest`]. Replaces what was watched before; ends with the plan.
-    ///
-    /// # Errors
-    /// [`ExecuteError::Usage`] if nothing is prepared or a resource is not readable; device errors.
-    pub fn watch(&mut self, resources: &[ResourceId]) -> Result<(), ExecuteError> {
-        self.gpu.check()?;
-        let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
-        let watched = Watched::new(&self.gpu, &prepared.plan, resources, self.frames.len())?;
-        // Frames may still write what was watched before.
-        self.gpu.idle();
-        prepared.watched = Some(watched);
-        Ok(())
-    }
-
-    /// What a watched resource held after the last frame that has finished, laid out as by [`Executor::read`]; never waits. In a
-    /// host's commands a frame counts as finished once its place is taken by the next.
-    pub fn latest(&mut self, resource: ResourceId) -> Option<&[u8]> {
-        self.collect();
-        self.prepared.as_ref()?.watched.as_ref()?.latest(resource)
     }
 
     /// Hand over the image for the imported resource `name`, for the prepared plan and for later ones.
@@ -239,11 +212,11 @@ impl VulkanExecutor {
             && let Some(id) = prepared.plan.imported(name)
         {
             let index = id.0 as usize;
-            check_import(&prepared.plan.resources[index], &import, &prepared.usages, id)?;
+            check_import(&prepared.plan.resources[index], &import, prepared.uses[index])?;
             // Views of the host's are looked up when a frame is recorded, anything else was written down.
             let looked_up = match (&prepared.resources[index], &import) {
                 (Held::HostImage(old), Import::Image(new)) => {
-                    old.view.is_some() && new.view.is_some() && !prepared.usages.binds_texture(id)
+                    old.view.is_some() && new.view.is_some() && !prepared.uses[index].binds_texture()
                 }
                 _ => false,
             };
@@ -305,36 +278,24 @@ impl VulkanExecutor {
 
     /// Refuse what only some devices can do.
     fn check_features(&self, plan: &Plan) -> Result<(), ExecuteError> {
-        let mut problem = None;
-        let is_32_bit = |format| matches!(format, TextureFormat::R32Float | TextureFormat::Rgba32Float);
-        let can = |format, wanted| {
+        Float32::check(plan, &self.passes.passes, |what, format| {
             let (instance, physical) = (&self.gpu.instance, self.gpu.physical);
             // SAFETY: the device comes from this instance.
             let has =
                 unsafe { instance.get_physical_device_format_properties(physical, conv::format(format)) };
-            has.optimal_tiling_features.contains(wanted)
-        };
+            has.optimal_tiling_features.contains(match what {
+                Float32::Blend => vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND,
+                Float32::Filter => vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR,
+            })
+        })?;
+        let mut problem = None;
         plan.for_each_pass(&mut |step| {
-            let Some(info) = self.passes.passes.get(&step.pass) else { return };
-            if let PassKind::Draw { targets, additive, .. } = info.kind {
-                let blend = vk::FormatFeatureFlags::COLOR_ATTACHMENT_BLEND;
-                if additive && targets.iter().any(|&f| is_32_bit(f) && !can(f, blend)) {
-                    problem = Some(format!("{step}: the device cannot blend 32-bit floats"));
-                }
-                if info.bindings.iter().any(|b| b.kind == BindingKind::Atomic) && !self.gpu.fragment_writes {
-                    problem = Some(format!("{step}: the device cannot write buffers from draws"));
-                }
-            }
-            for (binding, bound) in info.bindings.iter().zip(&step.bindings) {
-                if let BindingKind::Texture { filter: true, .. } = binding.kind
-                    && let ResourceKind::Texture { format, .. } =
-                        plan.resources[bound.resource.0 as usize].kind
-                    && is_32_bit(format)
-                    && !can(format, vk::FormatFeatureFlags::SAMPLED_IMAGE_FILTER_LINEAR)
-                {
-                    problem =
-                        Some(format!("{step}: the device cannot filter 32-bit floats ({})", binding.name));
-                }
+            if let Some(info) = self.passes.passes.get(&step.pass)
+                && matches!(info.kind, PassKind::Draw { .. })
+                && info.bindings.iter().any(|b| b.kind == BindingKind::Atomic)
+                && !self.gpu.fragment_writes
+            {
+                problem = Some(format!("{step}: the device cannot write buffers from draws"));
             }
         });
         match problem {
@@ -346,8 +307,8 @@ impl VulkanExecutor {
     fn make(&mut self, plan: &Plan) -> Result<Prepared, ExecuteError> {
         self.pipelines.prepare(&self.gpu, &self.passes, plan)?;
         let Self { gpu, passes, pipelines, imports, frames, .. } = self;
-        let usages = Usages::of(plan, &passes.passes);
-        let resources = allocate(gpu, plan, &usages, imports)?;
+        let uses = Uses::of(plan, &passes.passes);
+        let resources = allocate(gpu, plan, &uses, imports)?;
         let mut params = ParamsBuffer::new(gpu, &plan.params)?;
         let mut tracker = Tracker::new(plan, |i| resources[i].image().unwrap_or_default());
         fill(gpu, plan, &resources, &mut params, &mut tracker)?;
@@ -355,16 +316,15 @@ impl VulkanExecutor {
             Source { gpu, plan, passes: &passes.passes, pipelines, resources: &resources, params: &params };
         let program = Program::new(&source)?;
         let timing = Timing::new(gpu, plan.step_names(), frames.len())?;
-        let mut kept = plan.clone();
-        kept.resources.iter_mut().for_each(|resource| resource.initial = None);
+        let uploads = Uploads::new(gpu, plan, &params, frames.len())?;
         Ok(Prepared {
             program,
-            plan: kept,
-            usages,
+            plan: plan.without_contents(),
+            uses,
             resources,
             params,
             tracker,
-            uploads: Uploads::new(gpu, plan, frames.len())?,
+            uploads,
             outdated: false,
             has_run: false,
             timing,
@@ -468,7 +428,7 @@ impl Executor for VulkanExecutor {
         {
             held.copy_from_slice(bytes);
             let target = buffer.raw();
-            let (offset, padded) = prepared.params.padded(params, bytes);
+            let (offset, padded) = prepared.params.layout.padded(params, bytes);
             prepared.uploads.push(Slot::Params, target, offset, padded);
         }
         Ok(())
@@ -516,6 +476,26 @@ impl Executor for VulkanExecutor {
         self.collect();
         self.gpu.check()?;
         Ok(bytes)
+    }
+
+    fn watch(&mut self, resources: &[ResourceId]) -> Result<(), ExecuteError> {
+        self.gpu.check()?;
+        let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
+        let watched = Watched::new(&self.gpu, &prepared.plan, resources, self.frames.len())?;
+        // Frames may still write what was watched before.
+        self.gpu.idle();
+        prepared.watched = Some(watched);
+        Ok(())
+    }
+
+    /// In a host's commands a frame counts as finished once its place is taken by the next.
+    fn latest(&mut self, resource: ResourceId) -> Option<&[u8]> {
+        self.collect();
+        self.prepared.as_ref()?.watched.as_ref()?.latest(resource)
+    }
+
+    fn made(&self) -> Made {
+        self.gpu.objects.made()
     }
 
     fn step_times(&mut self) -> Vec<StepTime> {

@@ -1,10 +1,10 @@
 //! Vulkan objects that know their device, destroy themselves and are counted.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, AtomicUsize, Ordering};
 use std::sync::{Arc, PoisonError};
 
 use ash::vk;
-use frame_plan::ExecuteError;
+use frame_plan::{ExecuteError, Made};
 use gpu_allocator::MemoryLocation;
 use gpu_allocator::vulkan::{Allocation, AllocationCreateDesc, AllocationScheme};
 
@@ -25,18 +25,43 @@ const KINDS: [&str; 11] = [
     "query pools",
 ];
 
-/// How many objects of each kind live.
+/// How many objects of each kind were made and live, and what memory was taken.
 #[derive(Default)]
-pub(crate) struct ObjectCounts([AtomicUsize; KINDS.len()]);
+pub(crate) struct ObjectCounts {
+    live: [AtomicUsize; KINDS.len()],
+    made: [AtomicU64; KINDS.len()],
+    bytes: AtomicU64,
+}
 
 impl ObjectCounts {
-    fn of(&self, kind: &str) -> &AtomicUsize {
-        let index = KINDS.iter().position(|k| *k == kind).expect("one of the kinds");
-        &self.0[index]
+    fn index(kind: &str) -> usize {
+        KINDS.iter().position(|k| *k == kind).expect("one of the kinds")
     }
 
-    pub(crate) fn report(&self) -> Vec<(&'static str, usize)> {
-        KINDS.iter().zip(&self.0).map(|(kind, count)| (*kind, count.load(Ordering::Relaxed))).collect()
+    fn add(&self, kind: &str) {
+        self.live[Self::index(kind)].fetch_add(1, Ordering::Relaxed);
+        self.made[Self::index(kind)].fetch_add(1, Ordering::Relaxed);
+    }
+
+    fn remove(&self, kind: &str) {
+        self.live[Self::index(kind)].fetch_sub(1, Ordering::Relaxed);
+    }
+
+    /// Live objects.
+    pub(crate) fn live(&self) -> Vec<(&'static str, usize)> {
+        KINDS.iter().zip(&self.live).map(|(kind, count)| (*kind, count.load(Ordering::Relaxed))).collect()
+    }
+
+    /// What was made so far.
+    pub(crate) fn made(&self) -> Made {
+        let of = |kind: &str| self.made[Self::index(kind)].load(Ordering::Relaxed);
+        Made {
+            pipelines: of("pipelines"),
+            buffers: of("buffers"),
+            textures: of("images"),
+            bindings: of("image views") + of("samplers") + of("descriptor pools") + of("query pools"),
+            bytes: self.bytes.load(Ordering::Relaxed),
+        }
     }
 }
 
@@ -85,7 +110,7 @@ pub(crate) struct Owned<T: Object> {
 impl<T: Object> Owned<T> {
     /// Take over an object just created from the device.
     pub(crate) fn new(gpu: &Arc<Gpu>, raw: T) -> Self {
-        gpu.objects.of(T::KIND).fetch_add(1, Ordering::Relaxed);
+        gpu.objects.add(T::KIND);
         Self { gpu: Arc::clone(gpu), raw }
     }
 
@@ -96,7 +121,7 @@ impl<T: Object> Owned<T> {
 
 impl<T: Object> Drop for Owned<T> {
     fn drop(&mut self) {
-        self.gpu.objects.of(T::KIND).fetch_sub(1, Ordering::Relaxed);
+        self.gpu.objects.remove(T::KIND);
         // SAFETY: `new` was given an object of this device, `self` was its only owner, and owners wait for the device before
         // they let go of what it may use.
         unsafe { self.raw.destroy(&self.gpu.device) }
@@ -116,6 +141,7 @@ impl Memory {
             let bytes = request.requirements.size;
             gpu.allocation_error(&e, &format!("allocating {bytes} bytes for {:?}", request.name))
         })?;
+        gpu.objects.bytes.fetch_add(allocation.size(), Ordering::Relaxed);
         Ok(Self { gpu: Arc::clone(gpu), allocation: Some(allocation) })
     }
 

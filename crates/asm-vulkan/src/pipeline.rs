@@ -46,14 +46,14 @@ impl Pipelines {
     ) -> Result<(), ExecuteError> {
         let mut wanted = Vec::new();
         plan.for_each_pass(&mut |step| wanted.extend(spirv.passes.get(&step.pass)));
-        let before = self.len();
+        let before = self.by_pass.len();
         for info in wanted {
             if !self.by_pass.contains_key(info.name) {
                 let pipeline = create(gpu, spirv, info, self.cache.raw())?;
                 self.by_pass.insert(info.name, pipeline);
             }
         }
-        if self.len() > before {
+        if self.by_pass.len() > before {
             self.cache.save(gpu);
         }
         Ok(())
@@ -62,11 +62,6 @@ impl Pipelines {
     /// The pipeline of a prepared pass.
     pub(crate) fn get(&self, pass: &str) -> &PassPipeline {
         self.by_pass.get(pass).expect("prepared with the plan")
-    }
-
-    /// How many there are.
-    pub(crate) fn len(&self) -> usize {
-        self.by_pass.len()
     }
 
     /// Bytes of compiled pipelines that are on disk.

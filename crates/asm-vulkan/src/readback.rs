@@ -22,7 +22,7 @@ pub(crate) fn read(
     staging: &mut Option<Buffer>,
     leave_in: Option<vk::ImageLayout>,
 ) -> Result<Vec<u8>, ExecuteError> {
-    let bytes = bytes(resource);
+    let bytes = resource.read_bytes();
     let unreadable = || ExecuteError::Usage(format!("{:?} cannot be read back", resource.name));
     let buffer = match staging.take() {
         Some(buffer) if buffer.size >= bytes => buffer,
@@ -61,16 +61,6 @@ fn record_host_barrier(gpu: &Gpu, commands: vk::CommandBuffer) {
     let dependency = vk::DependencyInfo::default().memory_barriers(&barrier);
     // SAFETY: the commands are being recorded outside of any rendering.
     unsafe { gpu.device.cmd_pipeline_barrier2(commands, &dependency) }
-}
-
-/// Bytes that reading a resource gives.
-fn bytes(resource: &Resource) -> u64 {
-    match resource.kind {
-        ResourceKind::Texture { format, size: [width, height], .. } => {
-            u64::from(width) * u64::from(height) * u64::from(format.bytes_per_texel())
-        }
-        _ => resource.kind.bytes(),
-    }
 }
 
 /// Record the copy of a resource to a place in a buffer; none if the resource has no contents.
@@ -134,7 +124,7 @@ impl Watched {
         let mut end = 0;
         let mut places = Vec::new();
         for &resource in resources {
-            let bytes = bytes(plan.check_readable(resource)?);
+            let bytes = plan.check_readable(resource)?.read_bytes();
             places.push(Place { resource, offset: end, bytes });
             end = (end + bytes).next_multiple_of(ALIGNMENT);
         }

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use ash::vk;
+use frame_plan::device::Writes;
 use frame_plan::{ExecuteError, Lifetime, Plan, Resource, ResourceKind, Subresource, TextureFormat};
 use gpu_allocator::MemoryLocation;
 
@@ -55,10 +56,9 @@ pub(crate) fn fill(
         }
     }
     for (id, block) in (0..).map(frame_plan::ParamsId).zip(&plan.params) {
-        let (offset, bytes) = params.padded(id, &block.bytes);
-        let bytes = bytes.to_vec();
+        let (offset, bytes) = params.layout.padded(id, &block.bytes);
         if let Some(buffer) = &params.buffer {
-            staging.buffer(tracker, Slot::Params, buffer, offset, &bytes)?;
+            staging.buffer(tracker, Slot::Params, buffer, offset, bytes)?;
         }
     }
     Ok(())
@@ -206,84 +206,34 @@ pub(crate) const fn layers(format: TextureFormat, part: Subresource) -> vk::Imag
 
 /// Writes of the host since the last frame, and the buffers they go over in: one per frame that may be unfinished.
 pub(crate) struct Uploads {
-    writes: Vec<Write>,
-    /// Bytes of all writes.
-    bytes: Vec<u8>,
+    writes: Writes<(Slot, vk::Buffer)>,
     ring: Vec<Option<Buffer>>,
-}
-
-/// Bytes on their way to one buffer. Writes to one buffer do not overlap.
-struct Write {
-    slot: Slot,
-    target: vk::Buffer,
-    offset: u64,
-    /// Where in [`Uploads::bytes`].
-    start: usize,
-    len: usize,
-}
-
-impl Write {
-    const fn end(&self) -> u64 {
-        self.offset + self.len as u64
-    }
-
-    fn overlaps(&self, target: vk::Buffer, offset: u64, len: usize) -> bool {
-        self.target == target && self.offset < offset + len as u64 && offset < self.end()
-    }
 }
 
 impl Uploads {
     /// For `frames` frames at once, with room from the start for new values of everything that `plan` has given values.
-    pub(crate) fn new(gpu: &Arc<Gpu>, plan: &Plan, frames: usize) -> Result<Self, ExecuteError> {
-        let buffers = plan.resources.iter().filter(|r| matches!(r.kind, ResourceKind::Buffer { .. }));
-        let contents = buffers.filter_map(|r| r.initial.as_ref()).map(|bytes| bytes.len() as u64);
-        let params = plan.params.iter().map(|p| p.bytes.len() as u64 / u64::from(p.stride_bytes));
-        let alignment = gpu.properties.min_uniform_buffer_offset_alignment.max(1);
-        let strides = plan.params.iter().map(|p| u64::from(p.stride_bytes).next_multiple_of(alignment));
-        let padded = params.zip(strides).map(|(count, stride)| count * stride);
-        let bytes = contents.chain(padded).sum::<u64>().min(STAGING_BYTES);
+    pub(crate) fn new(
+        gpu: &Arc<Gpu>,
+        plan: &Plan,
+        params: &ParamsBuffer,
+        frames: usize,
+    ) -> Result<Self, ExecuteError> {
+        let bytes = plan.rewritable_bytes(&params.layout).min(STAGING_BYTES);
         let place = |_| (bytes > 0).then(|| staging(gpu, bytes)).transpose();
         Ok(Self {
-            writes: Vec::new(),
-            bytes: Vec::with_capacity(bytes as usize),
+            writes: Writes::with_capacity(bytes as usize),
             ring: (0..frames).map(place).collect::<Result<_, _>>()?,
         })
     }
 
     /// Bring bytes over with the next frame, over what earlier calls brought there.
     pub(crate) fn push(&mut self, slot: Slot, target: vk::Buffer, offset: u64, bytes: &[u8]) {
-        if bytes.is_empty() {
-            return;
-        }
-        let overlapping = |w: &Write| w.overlaps(target, offset, bytes.len());
-        let inside = self
-            .writes
-            .iter()
-            .find(|w| overlapping(w) && w.offset <= offset && offset + bytes.len() as u64 <= w.end());
-        if let Some(write) = inside {
-            let at = write.start + (offset - write.offset) as usize;
-            self.bytes[at..at + bytes.len()].copy_from_slice(bytes);
-            return;
-        }
-        // One write over everything that the new one touches: together they have no gaps.
-        let touched = self.writes.iter().filter(|w| overlapping(w));
-        let begin = touched.clone().map(|w| w.offset).min().unwrap_or(offset).min(offset);
-        let end = touched.map(Write::end).max().unwrap_or(0).max(offset + bytes.len() as u64);
-        let start = self.bytes.len();
-        let len = (end - begin) as usize;
-        self.bytes.resize(start + len, 0);
-        for write in self.writes.extract_if(.., |w| overlapping(w)) {
-            let at = start + (write.offset - begin) as usize;
-            self.bytes.copy_within(write.start..write.start + write.len, at);
-        }
-        let at = start + (offset - begin) as usize;
-        self.bytes[at..at + bytes.len()].copy_from_slice(bytes);
-        self.writes.push(Write { slot, target, offset: begin, start, len });
+        self.writes.push((slot, target), offset, bytes);
     }
 
     /// Forget the writes to a buffer that is no longer the one.
     pub(crate) fn forget(&mut self, slot: Slot) {
-        self.writes.retain(|w| w.slot != slot);
+        self.writes.forget(|(written, _)| *written == slot);
     }
 
     /// Record all writes into a frame whose place in the ring is free.
@@ -294,84 +244,36 @@ impl Uploads {
         frame: usize,
         tracker: &mut Tracker,
     ) -> Result<(), ExecuteError> {
-        if self.writes.is_empty() {
+        let (writes, bytes) = (self.writes.all(), self.writes.bytes());
+        if writes.is_empty() {
             return Ok(());
         }
-        let needed = self.bytes.len() as u64;
+        let needed = bytes.len() as u64;
         let held = &mut self.ring[frame];
         let staging = match held {
             Some(buffer) if buffer.size >= needed => buffer,
             // Grows to the largest frame and stays so.
             _ => held.insert(staging(gpu, needed.next_power_of_two())?),
         };
-        staging.mapped_mut()?[..self.bytes.len()].copy_from_slice(&self.bytes);
-        for (i, write) in self.writes.iter().enumerate() {
+        staging.mapped_mut()?[..bytes.len()].copy_from_slice(bytes);
+        for (i, write) in writes.iter().enumerate() {
+            let (slot, _) = write.target;
             // Writes to one buffer do not overlap, and need no barrier between them.
-            if self.writes[..i].iter().all(|w| w.target != write.target) {
-                tracker.follow(&Use { slot: write.slot, part: None, access: Access::COPY_TO });
+            if writes[..i].iter().all(|w| w.target != write.target) {
+                tracker.follow(&Use { slot, part: None, access: Access::COPY_TO });
             }
         }
         tracker.record(&gpu.device, commands);
-        for write in &self.writes {
+        for write in writes {
+            let (_, target) = write.target;
             let region = vk::BufferCopy::default()
                 .src_offset(write.start as u64)
                 .dst_offset(write.offset)
                 .size(write.len as u64);
             // SAFETY: the commands are being recorded; the range lies in both buffers, as was checked when it was written.
-            unsafe { gpu.device.cmd_copy_buffer(commands, staging.raw(), write.target, &[region]) }
+            unsafe { gpu.device.cmd_copy_buffer(commands, staging.raw(), target, &[region]) }
         }
         self.writes.clear();
-        self.bytes.clear();
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use ash::vk::Handle;
-
-    /// What a target of 16 bytes holds after the writes, and how many there are.
-    fn written(pushes: &[(u64, &[u8])]) -> (Vec<u8>, usize) {
-        let target = vk::Buffer::from_raw(1);
-        let mut uploads = Uploads { writes: Vec::new(), bytes: Vec::new(), ring: Vec::new() };
-        for (offset, bytes) in pushes {
-            uploads.push(Slot::Params, target, *offset, bytes);
-        }
-        let mut contents = vec![0; 16];
-        for (i, write) in uploads.writes.iter().enumerate() {
-            let others = &uploads.writes[..i];
-            assert!(others.iter().all(|w| !w.overlaps(target, write.offset, write.len)), "no overlap");
-            contents[write.offset as usize..write.end() as usize]
-                .copy_from_slice(&uploads.bytes[write.start..write.start + write.len]);
-        }
-        (contents, uploads.writes.len())
-    }
-
-    #[test]
-    fn later_writes_win() {
-        let (a, b, c) = (&[1; 4][..], &[2; 4][..], &[3; 12][..]);
-        assert_eq!(written(&[(0, a), (8, b)]), (vec![1, 1, 1, 1, 0, 0, 0, 0, 2, 2, 2, 2, 0, 0, 0, 0], 2));
-        assert_eq!(written(&[(0, a), (0, b)]), (vec![2, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], 1));
-        assert_eq!(written(&[(0, a), (2, b)]), (vec![1, 1, 2, 2, 2, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 0], 1));
-        let three = [(0, a), (8, b), (2, c)];
-        assert_eq!(written(&three), (vec![1, 1, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 0, 0], 1));
-        assert_eq!(
-            written(&[(2, c), (0, a), (6, b)]).0,
-            vec![1, 1, 1, 1, 3, 3, 2, 2, 2, 2, 3, 3, 3, 3, 0, 0]
-        );
-        assert_eq!(written(&[(0, a), (4, b)]).1, 2, "neighbours do not overlap");
-        assert_eq!(written(&[(0, &[])]).1, 0);
-    }
-
-    #[test]
-    fn other_buffers_are_left_alone() {
-        let mut uploads = Uploads { writes: Vec::new(), bytes: Vec::new(), ring: Vec::new() };
-        uploads.push(Slot::Params, vk::Buffer::from_raw(1), 0, &[1; 4]);
-        uploads.push(Slot::Resource(0), vk::Buffer::from_raw(2), 0, &[2; 4]);
-        assert_eq!(uploads.writes.len(), 2);
-        uploads.forget(Slot::Resource(0));
-        assert_eq!(uploads.writes.len(), 1);
-        assert_eq!(uploads.writes[0].slot, Slot::Params);
     }
 }

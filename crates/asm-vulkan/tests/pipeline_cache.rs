@@ -15,7 +15,7 @@ use passes::*;
 
 fn executor(folder: &Path) -> Option<VulkanExecutor> {
     let options = VulkanOptions { pipeline_cache: Some(folder.into()), ..device::options() };
-    device::made(VulkanExecutor::new(device::compiled(PASSES), &options))
+    device::made_or_skipped(VulkanExecutor::new(device::compiled(PASSES), &options))
 }
 
 fn output(gpu: &mut VulkanExecutor) -> Vec<u8> {

@@ -328,7 +328,7 @@ impl Builder<'_> {
 
     fn bindings(&mut self, step: &PassStep, iteration: u32) -> Bindings {
         let info = self.source.passes.get(&step.pass).expect("validated pass name");
-        let offset = step.params.map(|id| self.source.params.offset(id, iteration));
+        let offset = step.params.map(|id| self.source.params.layout.offset(id, iteration));
         let key = (info.name, step.bindings.clone());
         if let Some(group) = self.groups.get(&key) {
             return Bindings { group: group.clone(), offset };
@@ -371,6 +371,7 @@ impl Builder<'_> {
             };
             entries.push(wgpu::BindGroupEntry { binding: info.binding_index(i), resource });
         }
+        self.source.gpu.count(|made| made.bindings += 1);
         self.source.gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some(info.name),
             layout: &self.source.pipelines.get(info.name).layout,
@@ -389,7 +390,10 @@ impl Builder<'_> {
             unreachable!("validated as a texture")
         };
         let part = part.unwrap_or(Subresource { base_mip: 0, mips, base_layer: 0, layers });
-        let create = || texture.create_view(&conv::view_descriptor(part, array));
+        let create = || {
+            self.source.gpu.count(|made| made.bindings += 1);
+            texture.create_view(&conv::view_descriptor(part, array))
+        };
         self.views.entry((id, part, array)).or_insert_with(create).clone()
     }
 

@@ -1,5 +1,6 @@
 //! Formats and states of plans in wgpu's terms.
 
+use frame_plan::device::Uses;
 use frame_plan::{
     Binding, BindingKind, Cull, DepthTest, DeviceType, Load, PassInfo, PassKind, Subresource, TextureFormat,
 };
@@ -139,12 +140,23 @@ pub(crate) const fn depth_load(load: Load) -> wgpu::LoadOp<f32> {
     }
 }
 
-/// Usage of a texture that a pass binds so.
-pub(crate) const fn texture_usage(kind: BindingKind) -> wgpu::TextureUsages {
-    match kind {
-        BindingKind::StorageTexture { .. } => wgpu::TextureUsages::STORAGE_BINDING,
-        _ => wgpu::TextureUsages::TEXTURE_BINDING,
-    }
+/// Usages of a buffer with which the steps do this.
+pub(crate) fn buffer_usages(uses: Uses) -> wgpu::BufferUsages {
+    let mut usages = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_DST;
+    usages.set(wgpu::BufferUsages::INDIRECT, uses.indirect);
+    usages.set(wgpu::BufferUsages::COPY_SRC, uses.copy_source);
+    usages
+}
+
+/// Usages of a texture with which the steps do this.
+pub(crate) fn texture_usages(uses: Uses) -> wgpu::TextureUsages {
+    let mut usages = wgpu::TextureUsages::empty();
+    usages.set(wgpu::TextureUsages::TEXTURE_BINDING, uses.sampled);
+    usages.set(wgpu::TextureUsages::STORAGE_BINDING, uses.stored);
+    usages.set(wgpu::TextureUsages::RENDER_ATTACHMENT, uses.target);
+    usages.set(wgpu::TextureUsages::COPY_SRC, uses.copy_source);
+    usages.set(wgpu::TextureUsages::COPY_DST, uses.copy_target);
+    usages
 }
 
 pub(crate) fn view_descriptor(part: Subresource, array: bool) -> wgpu::TextureViewDescriptor<'static> {

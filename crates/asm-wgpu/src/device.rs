@@ -2,7 +2,7 @@
 
 use std::sync::{Arc, Mutex, PoisonError};
 
-use frame_plan::{DeviceInfo, ExecuteError, Limits, memory};
+use frame_plan::{DeviceInfo, ExecuteError, Limits, Made, memory};
 use pollster::block_on;
 
 use crate::adapter::device_info;
@@ -23,6 +23,7 @@ pub(crate) struct Gpu {
     pub(crate) queue: wgpu::Queue,
     pub(crate) info: DeviceInfo,
     pub(crate) limits: Limits,
+    made: Mutex<Made>,
     /// What failed outside of any call, such as the loss of the device.
     failure: Arc<Mutex<Option<String>>>,
 }
@@ -75,7 +76,42 @@ impl Gpu {
         };
         let info =
             DeviceInfo { subpixel_bits: subpixel_bits(&device, adapter.backend), ..device_info(&adapter) };
-        Self { device, queue, info, limits, failure: Arc::default() }
+        Self { device, queue, info, limits, made: Mutex::default(), failure: Arc::default() }
+    }
+
+    /// A buffer that is counted, and the device's.
+    pub(crate) fn buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.create_buffer(label, size, usage, false)
+    }
+
+    /// A buffer that is counted, and the host's to begin with.
+    pub(crate) fn mapped_buffer(&self, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.create_buffer(label, size, usage, true)
+    }
+
+    fn create_buffer(
+        &self,
+        label: &str,
+        size: u64,
+        usage: wgpu::BufferUsages,
+        mapped_at_creation: bool,
+    ) -> wgpu::Buffer {
+        self.count(|made| {
+            made.buffers += 1;
+            made.bytes += size;
+        });
+        let label = Some(label);
+        self.device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation })
+    }
+
+    /// Note what is made.
+    pub(crate) fn count(&self, count: impl FnOnce(&mut Made)) {
+        count(&mut self.made.lock().unwrap_or_else(PoisonError::into_inner));
+    }
+
+    /// What was made so far.
+    pub(crate) fn made(&self) -> Made {
+        *self.made.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Run `work` and turn what wgpu reports meanwhile into an error, which comes before the error of `work` itself.
@@ -100,6 +136,13 @@ impl Gpu {
             Some(reason) => Err(device_error(reason.clone())),
             None => Ok(()),
         }
+    }
+
+    /// Wait until a submission is done.
+    pub(crate) fn wait_for(&self, submission: wgpu::SubmissionIndex) -> Result<(), ExecuteError> {
+        let wait = wgpu::PollType::Wait { submission_index: Some(submission), timeout: None };
+        self.device.poll(wait).map_err(|e| device_error(e.to_string()))?;
+        self.check()
     }
 
     /// Wait until all submitted work is done.

@@ -1,23 +1,26 @@
 //! [`WgpuExecutor`].
 
-use std::collections::HashMap;
+use std::collections::{HashMap, VecDeque};
 
+use frame_plan::device::{Float32, Uses};
 use frame_plan::{
-    BindingKind, DeviceInfo, ExecuteError, Executor, Limits, ParamsId, PassKind, PassSet, Plan, ResourceId,
-    ResourceKind, StepTime, TextureFormat,
+    DeviceInfo, ExecuteError, Executor, Limits, Made, ParamsId, PassSet, Plan, ResourceId, StepTime,
 };
 
 use crate::adapter::{WgpuOptions, choose};
 use crate::command::{Program, Source};
 use crate::device::Gpu;
 use crate::pipeline::Pipelines;
-use crate::readback;
-use crate::resources::{Held, ParamsBuffer, Usages, allocate, check_import};
+use crate::readback::{self, Watched};
+use crate::resources::{Held, ParamsBuffer, allocate, check_import};
+use crate::ring::FRAMES_IN_FLIGHT;
 use crate::timing::Timing;
+use crate::upload::Uploads;
 
 /// Runs plans on a wgpu device.
 ///
-/// `prepare` makes everything; a frame is one encoder and one submission. A host that owns the device makes the executor with
+/// `prepare` makes everything; a frame is one encoder and one submission, and waits for nothing but the one three frames before
+/// it. A host that owns the device makes the executor with
 /// [`WgpuExecutor::from_host`], hands its own textures and buffers over by name, and puts the frame into its own encoder
 /// with [`WgpuExecutor::record`].
 pub struct WgpuExecutor {
@@ -26,18 +29,22 @@ pub struct WgpuExecutor {
     pipelines: Pipelines,
     imports: HashMap<String, Held>,
     prepared: Option<Prepared>,
+    /// Frames of ours that may be unfinished, the oldest first.
+    submitted: VecDeque<wgpu::SubmissionIndex>,
 }
 
 struct Prepared {
     /// Without initial contents.
     plan: Plan,
-    usages: Usages,
+    uses: Vec<Uses>,
     resources: Vec<Held>,
     params: ParamsBuffer,
     program: Program,
     /// The host has handed over something else since `program` was made.
     outdated: bool,
+    uploads: Uploads,
     timing: Option<Timing>,
+    watched: Option<Watched>,
 }
 
 impl WgpuExecutor {
@@ -61,7 +68,14 @@ impl WgpuExecutor {
     }
 
     fn with_gpu(gpu: Gpu, passes: PassSet) -> Self {
-        Self { gpu, passes, pipelines: Pipelines::default(), imports: HashMap::new(), prepared: None }
+        Self {
+            gpu,
+            passes,
+            pipelines: Pipelines::default(),
+            imports: HashMap::new(),
+            prepared: None,
+            submitted: VecDeque::with_capacity(FRAMES_IN_FLIGHT),
+        }
     }
 
     /// The device.
@@ -74,12 +88,6 @@ impl WgpuExecutor {
     #[must_use]
     pub const fn queue(&self) -> &wgpu::Queue {
         &self.gpu.queue
-    }
-
-    /// Pipelines made so far; plans that name the same passes share them.
-    #[must_use]
-    pub fn pipeline_count(&self) -> usize {
-        self.pipelines.len()
     }
 
     /// A buffer of the prepared plan, for a host that goes on with it on the device.
@@ -130,17 +138,19 @@ impl WgpuExecutor {
         if let Some(prepared) = &mut self.prepared
             && let Some(id) = prepared.plan.imported(name)
         {
-            let resource = &prepared.plan.resources[id.0 as usize];
-            check_import(resource, &held, &prepared.usages, id)?;
-            prepared.resources[id.0 as usize] = held.clone();
+            let index = id.0 as usize;
+            check_import(&prepared.plan.resources[index], &held, prepared.uses[index])?;
+            if let Held::Buffer(old) = std::mem::replace(&mut prepared.resources[index], held.clone()) {
+                prepared.uploads.writes.forget(|target| *target == old);
+            }
             prepared.outdated = true;
         }
         self.imports.insert(name.to_owned(), held);
         Ok(())
     }
 
-    /// Record a frame into a host's encoder instead of submitting it. Parameters and buffers written before the encoder is
-    /// submitted apply to it. Submit encoders in the order in which they were recorded.
+    /// Record a frame into a host's encoder instead of submitting it. Parameters and buffers written before apply to it. Submit
+    /// each encoder, in the order in which they were recorded.
     ///
     /// # Errors
     /// As [`Executor::execute`]; errors of the recorded commands themselves come when the host finishes its encoder.
@@ -148,41 +158,18 @@ impl WgpuExecutor {
         self.gpu.check()?;
         let Self { gpu, passes, pipelines, prepared, .. } = self;
         let prepared = prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
-        gpu.scoped(|| {
-            prepared.record(gpu, passes, pipelines, encoder);
-            Ok(())
-        })
+        gpu.scoped(|| prepared.record(gpu, passes, pipelines, encoder))
     }
 
     /// Refuse what only some devices can do.
     fn check_features(&self, plan: &Plan) -> Result<(), ExecuteError> {
-        let mut problem = None;
         let features = self.gpu.device.features();
-        let is_32_bit = |format| matches!(format, TextureFormat::R32Float | TextureFormat::Rgba32Float);
-        plan.for_each_pass(&mut |step| {
-            let Some(info) = self.passes.get(&step.pass) else { return };
-            if let PassKind::Draw { targets, additive: true, .. } = info.kind
-                && targets.iter().copied().any(is_32_bit)
-                && !features.contains(wgpu::Features::FLOAT32_BLENDABLE)
-            {
-                problem = Some(format!("{step}: the device cannot blend 32-bit floats"));
-            }
-            for (binding, bound) in info.bindings.iter().zip(&step.bindings) {
-                if let BindingKind::Texture { filter: true, .. } = binding.kind
-                    && let ResourceKind::Texture { format, .. } =
-                        plan.resources[bound.resource.0 as usize].kind
-                    && is_32_bit(format)
-                    && !features.contains(wgpu::Features::FLOAT32_FILTERABLE)
-                {
-                    problem =
-                        Some(format!("{step}: the device cannot filter 32-bit floats ({})", binding.name));
-                }
-            }
-        });
-        match problem {
-            None => Ok(()),
-            Some(problem) => Err(ExecuteError::InvalidPlan { plan: plan.name.clone(), problem }),
-        }
+        Float32::check(plan, &self.passes, |what, _| {
+            features.contains(match what {
+                Float32::Blend => wgpu::Features::FLOAT32_BLENDABLE,
+                Float32::Filter => wgpu::Features::FLOAT32_FILTERABLE,
+            })
+        })
     }
 }
 
@@ -193,16 +180,21 @@ impl Prepared {
         passes: &PassSet,
         pipelines: &Pipelines,
         encoder: &mut wgpu::CommandEncoder,
-    ) {
+    ) -> Result<(), ExecuteError> {
         if self.outdated {
             let Self { plan, resources, params, .. } = self;
             self.program = Program::new(&Source { gpu, plan, passes, pipelines, resources, params });
             self.outdated = false;
         }
+        self.uploads.record(gpu, encoder)?;
         self.program.record(encoder, self.timing.as_ref());
         if let Some(timing) = &mut self.timing {
             timing.resolve(encoder);
         }
+        if let Some(watched) = &mut self.watched {
+            watched.record(encoder, &self.plan, &self.resources)?;
+        }
+        Ok(())
     }
 }
 
@@ -224,15 +216,24 @@ impl Executor for WgpuExecutor {
         self.pipelines.prepare(&self.gpu, &self.passes, plan)?;
         let Self { gpu, passes, pipelines, imports, .. } = self;
         let prepared = gpu.scoped(|| {
-            let usages = Usages::of(plan, passes);
-            let resources = allocate(gpu, plan, &usages, imports)?;
+            let uses = Uses::of(plan, passes);
+            let resources = allocate(gpu, plan, &uses, imports)?;
             let params = ParamsBuffer::new(gpu, &plan.params);
             let source = Source { gpu, plan, passes, pipelines, resources: &resources, params: &params };
             let program = Program::new(&source);
             let timing = Timing::new(gpu, plan.step_names(), program.names_with_passes(plan));
-            let mut kept = plan.clone();
-            kept.resources.iter_mut().for_each(|resource| resource.initial = None);
-            Ok(Prepared { plan: kept, usages, resources, params, program, outdated: false, timing })
+            let uploads = Uploads::new(gpu, plan, &params);
+            Ok(Prepared {
+                plan: plan.without_contents(),
+                uses,
+                resources,
+                params,
+                program,
+                outdated: false,
+                uploads,
+                timing,
+                watched: None,
+            })
         })?;
         // Hand the initial contents to the device now, so that the copies of them are freed.
         self.gpu.queue.submit([]);
@@ -243,7 +244,14 @@ impl Executor for WgpuExecutor {
     fn set_params(&mut self, params: ParamsId, bytes: &[u8]) -> Result<(), ExecuteError> {
         let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
         prepared.plan.check_params_write(params, bytes)?;
-        prepared.params.write(&self.gpu, params, bytes);
+        let held = &mut prepared.plan.params[params.0 as usize].bytes;
+        if held != bytes
+            && let Some(buffer) = &prepared.params.buffer
+        {
+            held.copy_from_slice(bytes);
+            let (offset, padded) = prepared.params.layout.padded(params, bytes);
+            prepared.uploads.writes.push(buffer.clone(), offset, padded);
+        }
         Ok(())
     }
 
@@ -253,22 +261,27 @@ impl Executor for WgpuExecutor {
         offset_bytes: u64,
         bytes: &[u8],
     ) -> Result<(), ExecuteError> {
-        let prepared = self.prepared.as_ref().ok_or_else(ExecuteError::nothing_prepared)?;
+        let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
         prepared.plan.check_buffer_write(buffer, offset_bytes, bytes)?;
         if let Held::Buffer(held) = &prepared.resources[buffer.0 as usize] {
-            self.gpu.queue.write_buffer(held, offset_bytes, bytes);
+            prepared.uploads.writes.push(held.clone(), offset_bytes, bytes);
         }
         Ok(())
     }
 
     fn execute(&mut self) -> Result<(), ExecuteError> {
         self.gpu.check()?;
-        let Self { gpu, passes, pipelines, prepared, .. } = self;
+        let Self { gpu, passes, pipelines, prepared, submitted, .. } = self;
         let prepared = prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
+        if submitted.len() == FRAMES_IN_FLIGHT
+            && let Some(oldest) = submitted.pop_front()
+        {
+            gpu.wait_for(oldest)?;
+        }
         gpu.scoped(|| {
             let mut encoder = gpu.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            prepared.record(gpu, passes, pipelines, &mut encoder);
-            gpu.queue.submit([encoder.finish()]);
+            prepared.record(gpu, passes, pipelines, &mut encoder)?;
+            submitted.push_back(gpu.queue.submit([encoder.finish()]));
             Ok(())
         })?;
         gpu.check()
@@ -279,6 +292,26 @@ impl Executor for WgpuExecutor {
         let prepared = self.prepared.as_ref().ok_or_else(ExecuteError::nothing_prepared)?;
         let info = prepared.plan.check_readable(resource)?;
         readback::read(&self.gpu, info, &prepared.resources[resource.0 as usize])
+    }
+
+    fn watch(&mut self, resources: &[ResourceId]) -> Result<(), ExecuteError> {
+        self.gpu.check()?;
+        let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
+        let watched = self.gpu.scoped(|| Watched::new(&self.gpu, &prepared.plan, resources))?;
+        prepared.watched = Some(watched);
+        Ok(())
+    }
+
+    fn latest(&mut self, resource: ResourceId) -> Option<&[u8]> {
+        let watched = self.prepared.as_mut()?.watched.as_mut()?;
+        // A failed poll leaves things as they are; the next call of the executor reports it.
+        let _ = self.gpu.device.poll(wgpu::PollType::Poll);
+        watched.collect();
+        watched.latest(resource)
+    }
+
+    fn made(&self) -> Made {
+        self.gpu.made()
     }
 
     fn step_times(&mut self) -> Vec<StepTime> {

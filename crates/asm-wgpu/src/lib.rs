@@ -2,8 +2,8 @@
 //!
 //! [`WgpuExecutor`] knows plans and passes, no method. Its parts: [`adapters`] and the choice of one (`adapter`), errors and
 //! allocation of a device (`device`), pipelines per pass (`pipeline`), buffers, textures and parameters of a plan
-//! (`resources`), recording of its steps (`command`), reading back (`readback`), times per step (`timing`) and the
-//! translation of formats and states (`conv`).
+//! (`resources`), recording of its steps (`command`), reading back (`readback`), times per step (`timing`), writes between
+//! frames (`upload`), buffers that come back with frames (`ring`) and the translation of formats and states (`conv`).
 //!
 //! [`AsmRenderer`] is for applications that want caustics and nothing else: it makes asm-core's plans and runs them, and
 //! [`DisplayPass`] records them into a host's encoder and brings the picture to a texture of the host's.
@@ -20,7 +20,9 @@ mod executor;
 mod pipeline;
 mod readback;
 mod resources;
+mod ring;
 mod timing;
+mod upload;
 
 pub use adapter::{WgpuOptions, adapters};
 pub use display::DisplayPass;

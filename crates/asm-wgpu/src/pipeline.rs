@@ -39,11 +39,6 @@ impl Pipelines {
     pub(crate) fn get(&self, pass: &str) -> &PassPipeline {
         self.0.get(pass).expect("prepared with the plan")
     }
-
-    /// How many there are.
-    pub(crate) fn len(&self) -> usize {
-        self.0.len()
-    }
 }
 
 fn create(gpu: &Gpu, info: &'static PassInfo) -> Result<PassPipeline, ExecuteError> {
@@ -57,6 +52,7 @@ fn create(gpu: &Gpu, info: &'static PassInfo) -> Result<PassPipeline, ExecuteErr
             entries.push(conv::params_entry(info));
         }
         entries.extend((0..).zip(info.bindings).map(|(i, binding)| conv::layout_entry(info, i, binding)));
+        gpu.count(|made| made.pipelines += 1);
         let layout = gpu.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some(info.name),
             entries: &entries,

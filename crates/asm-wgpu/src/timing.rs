@@ -1,31 +1,21 @@
 //! Times per step from timestamp queries, read back without waiting: they come a frame late.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
-
 use frame_plan::StepTime;
 
 use crate::device::Gpu;
+use crate::ring::ReadBacks;
 
-/// Frames whose times may be on their way at once.
-const SLOTS: usize = 3;
 /// Bytes of a timestamp.
 const TIMESTAMP_BYTES: u64 = 8;
-
-/// States of a slot's mapping.
-const FREE: u8 = 0;
-const PENDING: u8 = 1;
-const READY: u8 = 2;
 
 /// Timestamp queries of a plan's steps.
 pub(crate) struct Timing {
     queries: wgpu::QuerySet,
     resolved: wgpu::Buffer,
-    slots: Vec<Slot>,
+    read_backs: ReadBacks,
     marks: Marks,
     names: Vec<String>,
     nanoseconds_per_tick: f64,
-    frame: u64,
     latest: Vec<StepTime>,
 }
 
@@ -58,12 +48,6 @@ impl Marks {
     }
 }
 
-struct Slot {
-    buffer: wgpu::Buffer,
-    state: Arc<AtomicU8>,
-    frame: u64,
-}
-
 impl Timing {
     /// Queries for a plan's top-level steps, of which those in `with_passes` run passes; none if the device has no timestamps.
     pub(crate) fn new(gpu: &Gpu, mut steps: Vec<String>, with_passes: Vec<String>) -> Option<Self> {
@@ -87,24 +71,18 @@ impl Timing {
         let count = marks.queries(names.len() as u32);
         let size = u64::from(count) * TIMESTAMP_BYTES;
         let resolved = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
-        let read_back = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-        let slot = || Slot {
-            buffer: buffer(gpu, "step times read back", size, read_back),
-            state: Arc::new(AtomicU8::new(FREE)),
-            frame: 0,
-        };
+        gpu.count(|made| made.bindings += 1);
         Some(Self {
             queries: gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("step times"),
                 ty: wgpu::QueryType::Timestamp,
                 count,
             }),
-            resolved: buffer(gpu, "step times", size, resolved),
-            slots: (0..SLOTS).map(|_| slot()).collect(),
+            resolved: gpu.buffer("step times", size, resolved),
+            read_backs: ReadBacks::new(gpu, "step times read back", size),
             marks,
             names,
             nanoseconds_per_tick: f64::from(gpu.queue.get_timestamp_period()),
-            frame: 0,
             latest: Vec::new(),
         })
     }
@@ -125,22 +103,14 @@ impl Timing {
         }
     }
 
-    /// Record the way of this frame's timestamps to the host, unless all slots are still on their way.
+    /// Record the way of this frame's timestamps to the host, unless all buffers are still on their way.
     pub(crate) fn resolve(&mut self, encoder: &mut wgpu::CommandEncoder) {
         self.collect();
-        self.frame += 1;
         let count = self.marks.queries(self.names.len() as u32);
-        let Some(slot) = self.slots.iter_mut().find(|s| s.state.load(Ordering::Acquire) == FREE) else {
-            return;
-        };
-        slot.frame = self.frame;
-        slot.state.store(PENDING, Ordering::Release);
+        let Some(read_back) = self.read_backs.next() else { return };
         encoder.resolve_query_set(&self.queries, 0..count, &self.resolved, 0);
-        encoder.copy_buffer_to_buffer(&self.resolved, 0, &slot.buffer, 0, None);
-        let state = Arc::clone(&slot.state);
-        encoder.map_buffer_on_submit(&slot.buffer, wgpu::MapMode::Read, .., move |result| {
-            state.store(if result.is_ok() { READY } else { FREE }, Ordering::Release);
-        });
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &read_back.buffer, 0, None);
+        read_back.take_back(encoder);
     }
 
     /// Times of the last frame that has finished; waits only if none has yet.
@@ -148,7 +118,7 @@ impl Timing {
         // A failed poll leaves the times as they are; the next call of the executor reports it.
         let _ = gpu.device.poll(wgpu::PollType::Poll);
         self.collect();
-        if self.latest.is_empty() && self.frame > 0 && gpu.wait().is_ok() {
+        if self.latest.is_empty() && self.read_backs.frames() > 0 && gpu.wait().is_ok() {
             self.collect();
         }
         self.latest.clone()
@@ -156,31 +126,16 @@ impl Timing {
 
     /// Take over what has arrived.
     fn collect(&mut self) {
-        let mut arrived: Vec<_> =
-            self.slots.iter_mut().filter(|s| s.state.load(Ordering::Acquire) == READY).collect();
-        arrived.sort_by_key(|slot| slot.frame);
-        for slot in arrived {
-            if let Ok(view) = slot.buffer.get_mapped_range(..) {
-                let ticks: Vec<u64> =
-                    view.chunks_exact(TIMESTAMP_BYTES as usize).map(bytemuck::pod_read_unaligned).collect();
-                let step = |(i, name): (usize, &String)| {
-                    let [begin, end] = self.marks.of_step(i).map(|query| ticks[query]);
-                    let nanoseconds = end.saturating_sub(begin) as f64 * self.nanoseconds_per_tick;
-                    StepTime { name: name.clone(), milliseconds: nanoseconds * 1e-6 }
-                };
-                self.latest = self.names.iter().enumerate().map(step).collect();
-            }
-            slot.buffer.unmap();
-            slot.state.store(FREE, Ordering::Release);
-        }
+        let Self { read_backs, marks, names, nanoseconds_per_tick, latest, .. } = self;
+        read_backs.collect(|bytes| {
+            let ticks: Vec<u64> =
+                bytes.chunks_exact(TIMESTAMP_BYTES as usize).map(bytemuck::pod_read_unaligned).collect();
+            let step = |(i, name): (usize, &String)| {
+                let [begin, end] = marks.of_step(i).map(|query| ticks[query]);
+                let nanoseconds = end.saturating_sub(begin) as f64 * *nanoseconds_per_tick;
+                StepTime { name: name.clone(), milliseconds: nanoseconds * 1e-6 }
+            };
+            *latest = names.iter().enumerate().map(step).collect();
+        });
     }
-}
-
-fn buffer(gpu: &Gpu, label: &str, size: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some(label),
-        size,
-        usage,
-        mapped_at_creation: false,
-    })
 }

@@ -75,6 +75,24 @@ pub struct StepTime {
     pub milliseconds: f64,
 }
 
+/// What an executor has made since it was made itself, whether it is still there or not.
+///
+/// Two frames after a plan was prepared, frames make nothing: the counts stay as they are, however parameters and buffers are
+/// written. What a host makes around them is not counted.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Made {
+    /// Compiled pipelines.
+    pub pipelines: u64,
+    /// Buffers, those that bring bytes to and from the host included.
+    pub buffers: u64,
+    /// Textures.
+    pub textures: u64,
+    /// What names them to passes: views, samplers, bind groups or descriptor pools.
+    pub bindings: u64,
+    /// Bytes of all of them.
+    pub bytes: u64,
+}
+
 /// Runs plans. `prepare` allocates and compiles; `execute` only runs.
 pub trait Executor {
     /// Who does the work.
@@ -117,6 +135,20 @@ pub trait Executor {
     /// # Errors
     /// Device errors; a resource that is not readable.
     fn read(&mut self, resource: ResourceId) -> Result<Vec<u8>, ExecuteError>;
+
+    /// From the next frame on, bring what these readable resources of the prepared plan hold after each frame to the host, in the
+    /// frame's own commands: for [`Executor::latest`]. Replaces what was watched before; ends with the plan.
+    ///
+    /// # Errors
+    /// [`ExecuteError::Usage`] if nothing is prepared or a resource is not readable; device errors.
+    fn watch(&mut self, resources: &[ResourceId]) -> Result<(), ExecuteError>;
+
+    /// What a watched resource held after the last frame that is known to have finished, laid out as by [`Executor::read`]; none
+    /// if there is no such frame yet. Never waits.
+    fn latest(&mut self, resource: ResourceId) -> Option<&[u8]>;
+
+    /// What was made so far.
+    fn made(&self) -> Made;
 
     /// Times per step of the last finished frame; empty where the device cannot measure.
     fn step_times(&mut self) -> Vec<StepTime>;

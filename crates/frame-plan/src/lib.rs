@@ -8,6 +8,7 @@
 //! `spirv` adds the compiler to [`spirv`], for build scripts.
 
 pub mod cpu;
+pub mod device;
 mod executor;
 pub mod memory;
 mod pass;

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::device::ParamsLayout;
 use crate::{ExecuteError, Lifetime, Resource, ResourceId, ResourceKind, Subresource};
 
 /// Everything an executor needs to run a frame, as plain data.
@@ -224,6 +225,34 @@ impl Plan {
             bytes: bytemuck::cast_slice(params).to_vec(),
         });
         ParamsId(self.params.len() as u32 - 1)
+    }
+
+    /// The plan without what its resources start with, for executors to keep.
+    #[must_use]
+    pub fn without_contents(&self) -> Self {
+        let empty = |r: &Resource| Resource {
+            name: r.name.clone(),
+            kind: r.kind.clone(),
+            initial: None,
+            lifetime: r.lifetime,
+            readable: r.readable,
+        };
+        Self {
+            name: self.name.clone(),
+            resources: self.resources.iter().map(empty).collect(),
+            params: self.params.clone(),
+            steps: self.steps.clone(),
+            decisions: self.decisions.clone(),
+        }
+    }
+
+    /// Bytes of everything that has values from the start and may get others between frames: buffers with contents, and
+    /// parameters whose blocks lie as `params` says.
+    #[must_use]
+    pub fn rewritable_bytes(&self, params: &ParamsLayout) -> u64 {
+        let buffers = self.resources.iter().filter(|r| matches!(r.kind, ResourceKind::Buffer { .. }));
+        let contents = buffers.filter_map(|r| r.initial.as_ref()).map(|bytes| bytes.len() as u64);
+        contents.sum::<u64>() + params.size_bytes()
     }
 
     /// Call `visit` with every pass step, in order.

@@ -112,6 +112,17 @@ impl Resource {
         Self { name: name.into(), kind, lifetime: Lifetime::Transient, initial: None, readable: false }
     }
 
+    /// Bytes that reading it back gives: a buffer's, or a texture's level 0 of layer 0.
+    #[must_use]
+    pub fn read_bytes(&self) -> u64 {
+        match self.kind {
+            ResourceKind::Texture { format, size: [width, height], .. } => {
+                u64::from(width) * u64::from(height) * u64::from(format.bytes_per_texel())
+            }
+            _ => self.kind.bytes(),
+        }
+    }
+
     /// The same resource, read back by the host.
     #[must_use]
     pub fn readable(self) -> Self {

@@ -93,8 +93,10 @@ fn frames_in_a_hosts_commands_show_the_picture() {
         "{error}"
     );
 
-    let (again, _) = renderer.render(&scene, 0, size, &small()).unwrap();
+    let (again, statistics) = renderer.render(&scene, 0, size, &small()).unwrap();
     assert!(again == picture, "the same picture at once and in a host's frame");
+    assert!(statistics.photons > 10_000);
+    assert_eq!(renderer.latest_statistics().unwrap().lights, statistics.lights, "come by themselves");
 
     // A picture that has moved is the one of a renderer that starts there.
     scene.lights[0].intensity *= 1.5;

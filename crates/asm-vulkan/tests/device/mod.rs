@@ -1,9 +1,13 @@
 //! The device that tests run on.
 #![allow(dead_code, unreachable_pub, reason = "every test binary includes this module and uses some of it")]
 
+#[path = "../../../frame-plan/tests/on_device/support.rs"]
+mod support;
+
 use asm_vulkan::{VulkanExecutor, VulkanOptions, validation_is_available};
 use frame_plan::spirv::{SpirvPasses, compile};
-use frame_plan::{ExecuteError, Executor, PassSet, Plan};
+use frame_plan::{DeviceInfo, ExecuteError, PassSet};
+pub use support::*;
 
 /// Passes with their SPIR-V, compiled now.
 pub fn compiled(passes: PassSet) -> SpirvPasses {
@@ -18,7 +22,7 @@ pub fn executor(passes: PassSet) -> Option<VulkanExecutor> {
 }
 
 pub fn executor_of(passes: SpirvPasses) -> Option<VulkanExecutor> {
-    made(VulkanExecutor::new(passes, &options()))
+    made_or_skipped(VulkanExecutor::new(passes, &options()))
 }
 
 /// Every call is validated where the validation layer is installed.
@@ -38,45 +42,17 @@ pub fn validation() -> bool {
     available
 }
 
-/// What was made, or none if there is no device and skipping is allowed.
-pub fn made<T>(result: Result<T, ExecuteError>) -> Option<T> {
-    match result {
-        Ok(made) => Some(made),
-        Err(ExecuteError::NoDevice { reason, .. })
-            if std::env::var("SPECTRAL_ALLOW_SKIP").is_ok_and(|v| v == "1") =>
-        {
-            eprintln!("skipped: {reason}");
-            None
-        }
-        Err(error) => panic!(
-            "{error}\nThese tests need a Vulkan 1.3 device: install a driver (Mesa's lavapipe will do), or set \
-             SPECTRAL_ALLOW_SKIP=1 to skip them."
-        ),
-    }
+/// An executor on the adapter of this name.
+pub fn open(passes: PassSet, adapter: Option<String>) -> Result<VulkanExecutor, ExecuteError> {
+    VulkanExecutor::new(compiled(passes), &VulkanOptions { adapter, ..options() })
 }
 
-/// Run one frame of a plan and read a resource.
-pub fn run(executor: &mut dyn Executor, plan: &Plan, name: &str) -> Vec<u8> {
-    executor.prepare(plan).unwrap();
-    executor.execute().unwrap();
-    read(executor, plan, name)
+/// Devices to choose from.
+pub fn adapters() -> Vec<DeviceInfo> {
+    asm_vulkan::adapters()
 }
 
-pub fn read(executor: &mut dyn Executor, plan: &Plan, name: &str) -> Vec<u8> {
-    executor.read(plan.resource(name).unwrap()).unwrap()
-}
-
-pub fn words(bytes: &[u8]) -> Vec<u32> {
-    bytemuck::pod_collect_to_vec(bytes)
-}
-
-pub fn floats(bytes: &[u8]) -> Vec<f32> {
-    bytemuck::pod_collect_to_vec(bytes)
-}
-
-pub fn halves(bytes: &[u8]) -> Vec<f32> {
-    bytemuck::pod_collect_to_vec::<u8, u16>(bytes)
-        .into_iter()
-        .map(|h| half::f16::from_bits(h).to_f32())
-        .collect()
+/// Every queue that draws has timestamps on the devices that we know.
+pub fn timed(_: &VulkanExecutor) -> Timed {
+    Timed::Steps
 }

@@ -9,7 +9,7 @@ use super::raster::{SUBPIXEL_BITS, Scratch};
 use super::step::Frame;
 use super::storage::Storage;
 use crate::{
-    BindingKind, DeviceInfo, DeviceType, ExecuteError, Executor, Lifetime, Limits, ParamsId, PassKind,
+    BindingKind, DeviceInfo, DeviceType, ExecuteError, Executor, Lifetime, Limits, Made, ParamsId, PassKind,
     PassSet, Plan, ResourceId, ResourceKind, StepTime, memory,
 };
 
@@ -22,6 +22,7 @@ pub struct CpuExecutor {
     info: DeviceInfo,
     imports: HashMap<String, Vec<u8>>,
     prepared: Option<Prepared>,
+    made: Made,
 }
 
 struct Prepared {
@@ -30,6 +31,8 @@ struct Prepared {
     storage: Vec<Storage>,
     scratch: Scratch,
     times: Vec<StepTime>,
+    /// Watched resources, and what they held after the last frame.
+    watched: Vec<(ResourceId, Vec<u8>)>,
 }
 
 impl CpuExecutor {
@@ -50,7 +53,7 @@ impl CpuExecutor {
             device_type: DeviceType::Cpu,
             subpixel_bits: Some(SUBPIXEL_BITS),
         };
-        Ok(Self { passes, pool, info, imports: HashMap::new(), prepared: None })
+        Ok(Self { passes, pool, info, imports: HashMap::new(), prepared: None, made: Made::default() })
     }
 
     /// Hand over the contents of the imported resource `name`: a buffer's bytes, or a texture's texels, tightly packed, layer by
@@ -120,16 +123,24 @@ impl Executor for CpuExecutor {
         let atomic = atomic_buffers(plan, &self.passes);
         let mut storage: Vec<_> =
             plan.resources.iter().zip(&atomic).map(|(r, &atomic)| Storage::new(r, atomic)).collect();
-        let mut kept = plan.clone();
-        for (resource, storage) in kept.resources.iter_mut().zip(&mut storage) {
-            resource.initial = None;
+        for (resource, storage) in plan.resources.iter().zip(&mut storage) {
             if resource.lifetime == Lifetime::Imported {
                 storage.write(0, &self.imports[&resource.name]);
             }
         }
-        let times = kept.step_names().into_iter().map(|name| StepTime { name, milliseconds: 0.0 }).collect();
+        let times = plan.step_names().into_iter().map(|name| StepTime { name, milliseconds: 0.0 }).collect();
         let scratch = if self.draws(plan) { Scratch::for_draws() } else { Scratch::default() };
-        self.prepared = Some(Prepared { plan: kept, storage, scratch, times });
+        for storage in &storage {
+            match storage {
+                Storage::Buffer(_) | Storage::Atomic(_) => self.made.buffers += 1,
+                Storage::Texture(_) => self.made.textures += 1,
+                Storage::Sampler => {}
+            }
+            self.made.bytes += storage.size_bytes();
+        }
+        self.made.bytes += scratch.size_bytes();
+        let plan = plan.without_contents();
+        self.prepared = Some(Prepared { plan, storage, scratch, times, watched: Vec::new() });
         Ok(())
     }
 
@@ -155,6 +166,7 @@ impl Executor for CpuExecutor {
     fn execute(&mut self) -> Result<(), ExecuteError> {
         let max_groups = self.limits().max_groups_per_dimension;
         let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
+        let scratch_bytes = prepared.scratch.size_bytes();
         let mut frame = Frame {
             passes: self.passes,
             params: &prepared.plan.params,
@@ -167,13 +179,43 @@ impl Executor for CpuExecutor {
             self.pool.install(|| frame.run(step, 0));
             time.milliseconds = start.elapsed().as_secs_f64() * 1e3;
         }
+        self.made.bytes += prepared.scratch.size_bytes() - scratch_bytes;
+        for (resource, bytes) in &mut prepared.watched {
+            prepared.storage[resource.0 as usize].copy_to(bytes);
+        }
         Ok(())
     }
 
     fn read(&mut self, resource: ResourceId) -> Result<Vec<u8>, ExecuteError> {
         let prepared = self.prepared()?;
         prepared.plan.check_readable(resource)?;
-        Ok(prepared.storage[resource.0 as usize].to_bytes())
+        let mut bytes = Vec::new();
+        prepared.storage[resource.0 as usize].copy_to(&mut bytes);
+        Ok(bytes)
+    }
+
+    fn watch(&mut self, resources: &[ResourceId]) -> Result<(), ExecuteError> {
+        let prepared = self.prepared.as_mut().ok_or_else(ExecuteError::nothing_prepared)?;
+        let mut watched = Vec::new();
+        for &resource in resources {
+            let size = prepared.plan.check_readable(resource)?.read_bytes();
+            watched.push((resource, Vec::with_capacity(size as usize)));
+            self.made.buffers += 1;
+            self.made.bytes += size;
+        }
+        prepared.watched = watched;
+        Ok(())
+    }
+
+    fn latest(&mut self, resource: ResourceId) -> Option<&[u8]> {
+        let (_, bytes) = self.prepared.as_ref()?.watched.iter().find(|(watched, _)| *watched == resource)?;
+        (!bytes.is_empty()).then_some(bytes)
+    }
+
+    /// Memory of resources, of what is watched, and of draws. Nothing is compiled; what mirrors take from the heap while they run
+    /// is theirs.
+    fn made(&self) -> Made {
+        self.made
     }
 
     fn step_times(&mut self) -> Vec<StepTime> {

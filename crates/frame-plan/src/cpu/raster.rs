@@ -79,6 +79,11 @@ impl Scratch {
     pub(super) fn for_draws() -> Self {
         Self { tasks: (0..TASKS).map(|_| Vec::with_capacity(TRIANGLES_PER_TASK)).collect() }
     }
+
+    /// Bytes that it takes.
+    pub(super) fn size_bytes(&self) -> u64 {
+        self.tasks.iter().map(|setups| (setups.capacity() * size_of::<Setup>()) as u64).sum()
+    }
 }
 
 /// Rows of all targets that one thread owns.

@@ -116,15 +116,26 @@ impl Storage {
         }
     }
 
-    /// A buffer's bytes, or a texture's level 0 layer 0.
-    pub(super) fn to_bytes(&self) -> Vec<u8> {
+    /// Bytes that it takes.
+    pub(super) fn size_bytes(&self) -> u64 {
         match self {
-            Self::Buffer(memory) => memory.bytes().to_vec(),
+            Self::Buffer(memory) => memory.len as u64,
+            Self::Atomic(words) => 4 * words.len() as u64,
+            Self::Texture(texture) => texture.images.iter().map(|i| i.texels.len as u64).sum(),
+            Self::Sampler => 0,
+        }
+    }
+
+    /// Put a buffer's bytes, or a texture's level 0 layer 0, in place of what `bytes` holds.
+    pub(super) fn copy_to(&self, bytes: &mut Vec<u8>) {
+        bytes.clear();
+        match self {
+            Self::Buffer(memory) => bytes.extend_from_slice(memory.bytes()),
             Self::Atomic(words) => {
-                words.iter().flat_map(|w| w.load(Ordering::Relaxed).to_le_bytes()).collect()
+                bytes.extend(words.iter().flat_map(|w| w.load(Ordering::Relaxed).to_le_bytes()));
             }
-            Self::Texture(texture) => texture.images[0].texels.bytes().to_vec(),
-            Self::Sampler => Vec::new(),
+            Self::Texture(texture) => bytes.extend_from_slice(texture.images[0].texels.bytes()),
+            Self::Sampler => {}
         }
     }
 
