@@ -24,14 +24,16 @@ pub enum Effort {
     /// So many photons (paths of one wavelength), rounded up to what the lights can be given evenly.
     Photons(u64),
     /// Until the standard error of Y at 64 x 64 is below this share of the signal's RMS, in the refracted layer and in
-    /// the sum of the direct and the refracted one. The reflected layer gets its share of the photons afterwards, and
-    /// its error, alone and within the total, is stated apart in [`StandardError`]. The number of photons grows towards what the error so far calls for.
+    /// the sum of the direct and the refracted one; where there are mirrors likewise for the reflected layer. What glass
+    /// alone reflects gets its share of the photons afterwards, and its error, alone and within the total, is stated
+    /// apart in [`StandardError`]. The number of photons grows towards what the error so far calls for.
     Noise {
         /// Such as 0.0014.
         relative: f64,
         /// Stop here even if the target is not reached.
         max_photons: u64,
-        /// Or when so many rays have been traced: that is what takes time.
+        /// Or when so many rays have been traced: that is what takes time. Where there are both glass and mirrors,
+        /// either layer has half of them.
         max_rays: u64,
     },
 }
@@ -120,7 +122,7 @@ pub struct StandardError {
     pub direct: f64,
     /// Light that has been in glass.
     pub refracted: f64,
-    /// Light reflected outside.
+    /// Light reflected by mirrors and the outside of glass.
     pub reflected: f64,
 }
 
@@ -133,13 +135,14 @@ pub struct Bake {
     pub direct: Vec<[f64; 3]>,
     /// Light that has entered glass, likewise.
     pub refracted: Vec<[f64; 3]>,
-    /// Light that met glass only from outside, likewise.
+    /// Light that met mirrors, and glass only from outside, likewise.
     pub reflected: Vec<[f64; 3]>,
     /// From independent randomisations of the same sampling.
     pub standard_error: StandardError,
-    /// Paths of one wavelength that were sent, those for `reflected` not included.
+    /// Paths of one wavelength that were sent and are in the ledger. Where there is glass the layer `reflected` has paths of
+    /// its own.
     pub photons: u64,
-    /// Paths of one wavelength that were sent for the layer `reflected` alone.
+    /// Paths of one wavelength that were sent for the layer `reflected` alone: 0 without glass.
     pub reflection_photons: u64,
     /// Where their light went.
     pub ledger: Ledger,
@@ -149,13 +152,13 @@ pub struct Bake {
 
 /// Bakes the irradiance on an object of the scene: XYZ, Y in lux, texel means over its UV square.
 ///
-/// * `direct` comes from shadow rays: light that meets nothing, glass included.
+/// * `direct` comes from shadow rays: light that meets nothing, glass and mirrors included.
 /// * `refracted` has entered glass and left it after at most `bounces` reflections inside, or has landed inside.
-/// * `reflected` was reflected at the outside of glass and has never entered any.
+/// * `reflected` was reflected by mirrors or at the outside of glass and has never entered any.
 ///
 /// Light reaches a receiver on its front, the side of its geometric normal, in every layer; the back absorbs, whether the
-/// material is double-sided or not, and what arrives there is counted in the ledger as landed elsewhere. Opaque objects absorb what they block: nothing is reflected from one to another.
-/// [`crate`] says how glass is treated. `progress` hears shares of the work, 0 to 1, from any thread, in order.
+/// material is double-sided or not, and what arrives there is counted in the ledger as landed elsewhere. Matt objects absorb what they block: nothing is reflected from one to another.
+/// [`crate`] says how glass and mirrors are treated. `progress` hears shares of the work, 0 to 1, from any thread, in order.
 ///
 /// # Errors
 /// For scenes that break [`Scene::validate`]'s rules, objects that are no receivers, and settings out of range.
@@ -178,6 +181,9 @@ fn check_receiver(scene: &Scene, receiver: usize) -> Result<(), ReferenceError> 
     let name = || object.name.clone();
     if scene.materials.get(object.material).is_some_and(spectral_scene::Material::is_refractor) {
         return Err(ReferenceError::ReceiverRefracts { name: name() });
+    }
+    if scene.materials.get(object.material).is_some_and(spectral_scene::Material::is_mirror) {
+        return Err(ReferenceError::ReceiverMirrors { name: name() });
     }
     if scene.meshes.get(object.mesh).is_some_and(|m| m.uvs.is_empty()) {
         return Err(ReferenceError::ReceiverHasNoUvs { name: name() });
@@ -217,58 +223,54 @@ fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings, progress: &(dy
     progress(DIRECT_PROGRESS);
 
     let bundles = Bundle::all(scene, &world, &lamps);
-    let mut shooter =
-        Shooter::new(&world, &lamps, bundles.clone(), Limits::of_light(settings.bounces), settings.seed);
-    let mut film = ReceiverFilm::new(&world, &texels, Layer::Refracted);
-    if let Some(scouts) = scouts(&shooter, settings.effort) {
-        shooter.aim(&film, scouts, EVEN_SHARE);
-    }
-    let mut tally = Tally::new(settings.bounces);
-    let errors = |film: &ReceiverFilm, units: u64| {
-        let refracted = (&film.coarse, shooter.replicate_scale(units));
-        let total = Coarse::relative_error(&[(&direct_coarse, 1.0), refracted]);
-        (Coarse::relative_error(&[refracted]), total)
+    let glass = bundles.iter().any(|b| world.medium(Some(b.target)).is_some());
+    let mirrors = bundles.iter().any(|b| world.mirrors[b.target as usize].is_some());
+    let film = |layer: Layer| ReceiverFilm::new(&world, &texels, layer);
+    let effort = match settings.effort {
+        // Both layers have a target of their own.
+        Effort::Noise { relative, max_photons, max_rays } if glass && mirrors => {
+            Effort::Noise { relative, max_photons, max_rays: max_rays / 2 }
+        }
+        effort => effort,
     };
-    let mut schedule = Schedule::new(&shooter, settings.effort);
-    while let Some(to) = schedule.next() {
-        let base = schedule.progress;
-        let span = schedule.expected_share(to);
-        let mut report =
-            |share: f64| progress(DIRECT_PROGRESS + MAIN_PROGRESS * (base + (span - base) * share));
-        shooter.shoot(&mut film, &mut tally, (schedule.units, to), &mut report);
-        let (refracted, total) = errors(&film, to);
-        schedule.did(to, refracted.max(total), tally.counts.rays, span);
-    }
-    let units = schedule.units;
-    progress(DIRECT_PROGRESS + MAIN_PROGRESS);
 
-    let mut mirror = Shooter::new(
-        &world,
-        &lamps,
-        bundles,
-        Limits::of_outside_reflections(settings.bounces),
-        mix(settings.seed ^ 0x3ef1ec7),
-    );
-    let mut reflected_film = ReceiverFilm::new(&world, &texels, Layer::Reflected);
-    let reflected_units = REFLECTION_SHARE * units;
-    let reflected_units = reflected_units.min(mirror.max_units());
-    mirror.aim(&reflected_film, reflected_units, EVEN_SHARE);
-    let rest = 1.0 - DIRECT_PROGRESS - MAIN_PROGRESS;
-    mirror.shoot(
-        &mut reflected_film,
-        &mut Tally::new(settings.bounces),
-        (0, reflected_units),
-        &mut |share| progress(1.0 - rest * (1.0 - share)),
-    );
+    // All light is in the books, that of one layer in its map.
+    let limits = Limits::of_light(settings.bounces);
+    let shooter = Shooter::new(&world, &lamps, bundles.clone(), limits, settings.seed);
+    let layer = if glass { Layer::Refracted } else { Layer::Reflected };
+    let main_end = if glass { DIRECT_PROGRESS + MAIN_PROGRESS } else { 1.0 };
+    let report = |share: f64| progress(DIRECT_PROGRESS + (main_end - DIRECT_PROGRESS) * share);
+    let scouts = scouts(&shooter, effort);
+    let main = fill(film(layer), shooter, effort, scouts, &direct_coarse, &report);
+    progress(main_end);
+    let (photons, ledger) = (main.photons, main.tally.ledger(main.scale));
+
+    let (refracted, reflected) = match glass {
+        false => (Filled::dark(film(Layer::Refracted)), main),
+        true => {
+            let limits = Limits::of_outside_reflections(settings.bounces);
+            let shooter = Shooter::new(&world, &lamps, bundles, limits, mix(settings.seed ^ 0x3ef1ec7));
+            let (effort, scouts) = match effort {
+                Effort::Noise { .. } if mirrors => (effort, NOISE_SCOUTS),
+                _ => (Effort::Photons(REFLECTION_SHARE * photons), REFLECTION_SHARE * main.units),
+            };
+            let report = |share: f64| progress(1.0 - (1.0 - main_end) * (1.0 - share));
+            let film = film(Layer::Reflected);
+            (main, fill(film, shooter, effort, Some(scouts), &direct_coarse, &report))
+        }
+    };
     progress(1.0);
 
-    let refracted = film.irradiance(shooter.scale(units));
-    let reflected = reflected_film.irradiance(mirror.scale(reflected_units));
-    let [of_direct, of_refracted, of_reflected] = [
-        (&direct_coarse, 1.0),
-        (&film.coarse, shooter.replicate_scale(units)),
-        (&reflected_film.coarse, mirror.replicate_scale(reflected_units)),
-    ];
+    let [of_direct, of_refracted, of_reflected] =
+        [(&direct_coarse, 1.0), refracted.coarse(), reflected.coarse()];
+    let standard_error = StandardError {
+        total: Coarse::relative_error(&[of_direct, of_refracted, of_reflected]),
+        direct: Coarse::relative_error(&[of_direct]),
+        refracted: Coarse::relative_error(&[of_refracted]),
+        reflected: Coarse::relative_error(&[of_reflected]),
+    };
+    let reflection_photons = if glass { reflected.photons } else { 0 };
+    let [refracted, reflected] = [refracted, reflected].map(|layer| layer.film.irradiance(layer.scale));
     let to_f32 = |layer: &Vec<[f64; 3]>| layer.iter().map(|xyz| xyz.map(|v| v as f32)).collect();
     Bake {
         maps: IrradianceMaps {
@@ -278,15 +280,10 @@ fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings, progress: &(dy
             refracted: to_f32(&refracted),
             reflected: to_f32(&reflected),
         },
-        standard_error: StandardError {
-            total: Coarse::relative_error(&[of_direct, of_refracted, of_reflected]),
-            direct: Coarse::relative_error(&[of_direct]),
-            refracted: Coarse::relative_error(&[of_refracted]),
-            reflected: Coarse::relative_error(&[of_reflected]),
-        },
-        photons: units * shooter.photons_per_unit(),
-        reflection_photons: reflected_units * mirror.photons_per_unit(),
-        ledger: tally.ledger(shooter.scale(units)),
+        standard_error,
+        photons,
+        reflection_photons,
+        ledger,
         geometry: world.counts,
         direct,
         refracted,
@@ -294,13 +291,73 @@ fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings, progress: &(dy
     }
 }
 
+/// A layer's map and what it took.
+struct Filled<'a> {
+    film: ReceiverFilm<'a>,
+    /// What its sums must be multiplied with, and those of one replicate.
+    scale: f64,
+    replicate_scale: f64,
+    units: u64,
+    photons: u64,
+    tally: Tally,
+}
+
+impl<'a> Filled<'a> {
+    /// A map that nothing was sent to.
+    fn dark(film: ReceiverFilm<'a>) -> Self {
+        Self { film, scale: 1.0, replicate_scale: 1.0, units: 0, photons: 0, tally: Tally::new(0) }
+    }
+
+    fn coarse(&self) -> (&Coarse, f64) {
+        (&self.film.coarse, self.replicate_scale)
+    }
+}
+
+/// Sends photons until the effort is made: for a noise target, until both the layer and its sum with the direct light
+/// reach it. `scouts` paths per bundle find out first where to send the others.
+fn fill<'a>(
+    mut film: ReceiverFilm<'a>,
+    mut shooter: Shooter,
+    effort: Effort,
+    scouts: Option<u64>,
+    direct: &Coarse,
+    progress: &dyn Fn(f64),
+) -> Filled<'a> {
+    if let Some(scouts) = scouts {
+        shooter.aim(&film, scouts, EVEN_SHARE);
+    }
+    let mut tally = shooter.tally();
+    let mut schedule = Schedule::new(&shooter, effort);
+    while let Some(to) = schedule.next() {
+        let base = schedule.progress;
+        let span = schedule.expected_share(to);
+        let mut report = |share: f64| progress(base + (span - base) * share);
+        shooter.shoot(&mut film, &mut tally, (schedule.units, to), &mut report);
+        let layer = (&film.coarse, shooter.replicate_scale(to));
+        let error = Coarse::relative_error(&[layer]).max(Coarse::relative_error(&[(direct, 1.0), layer]));
+        schedule.did(to, error, tally.counts.rays, span);
+    }
+    let units = schedule.units;
+    Filled {
+        film,
+        scale: shooter.scale(units),
+        replicate_scale: shooter.replicate_scale(units),
+        units,
+        photons: units * shooter.photons_per_unit(),
+        tally,
+    }
+}
+
+/// Paths in advance per bundle where there is a noise target.
+const NOISE_SCOUTS: u64 = 1 << 16;
+
 /// Paths per bundle to spend on finding out where light comes from. With few photons that is not worth it: weights that
 /// differ make the ledger noisier.
 fn scouts(shooter: &Shooter, effort: Effort) -> Option<u64> {
     match effort {
         Effort::Photons(photons) if photons < AIMED_FROM => None,
         Effort::Photons(photons) => Some(photons / shooter.photons_per_unit().max(1) / 4),
-        Effort::Noise { .. } => Some(1 << 16),
+        Effort::Noise { .. } => Some(NOISE_SCOUTS),
     }
 }
 

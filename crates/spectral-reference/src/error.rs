@@ -23,6 +23,12 @@ pub enum ReferenceError {
         /// The object's name.
         name: String,
     },
+    /// Nothing lands on the receiver.
+    #[error("`{name}` is a mirror, a receiver is matt")]
+    ReceiverMirrors {
+        /// The object's name.
+        name: String,
+    },
     /// The receiver has no texture coordinates.
     #[error("`{name}` has no texture coordinates to bake onto")]
     ReceiverHasNoUvs {

@@ -1,4 +1,4 @@
-//! Lights: what they give an unblocked point, and the bundles of paths they send at refractors.
+//! Lights: what they give an unblocked point, and the bundles of paths they send at refractors and mirrors.
 
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
@@ -92,15 +92,15 @@ impl Lamp {
     }
 }
 
-/// The paths from one light to the bounds of one refractor.
+/// The paths from one light to the bounds of one refractor or mirror.
 ///
-/// Bundles of several refractors may overlap: a path counts only if its first surface is the refractor it was sent
-/// to, so every piece of glass is lit exactly once.
+/// Bundles of several may overlap: a path counts only if its first surface is the object it was sent to, so every piece
+/// of glass or metal is lit exactly once.
 #[derive(Clone, Debug)]
 pub(crate) struct Bundle {
     /// Into the lamps.
     pub(crate) lamp: usize,
-    /// The refractor's index into the scene's objects.
+    /// The index of the refractor or mirror into the scene's objects.
     pub(crate) target: u32,
     pub(crate) nesting: Nesting,
     /// Light ends here, metres from where paths start.
@@ -119,10 +119,10 @@ enum Form {
 }
 
 impl Bundle {
-    /// The bundles of all lights and refractors that can have any flux.
+    /// The bundles of all lights to all refractors and mirrors that can have any flux.
     pub(crate) fn all(scene: &Scene, world: &World, lamps: &[Lamp]) -> Vec<Self> {
         let targets: Vec<(u32, Vec<DVec3>)> = scene
-            .refractors()
+            .casters()
             .map(|object| {
                 let corners = world.faces.iter().zip(&world.corners);
                 (
@@ -176,7 +176,7 @@ impl Bundle {
     }
 }
 
-/// The smallest of some rectangles round the refractor's shadow, in front of everything, and its area.
+/// The smallest of some rectangles round the object's shadow, in front of everything, and its area.
 fn beam(direction: DVec3, corners: &[DVec3], world: &World) -> (Form, f64) {
     const TURNS: u32 = 32;
     let (e1, e2) = direction.any_orthonormal_pair();
@@ -207,13 +207,13 @@ fn beam(direction: DVec3, corners: &[DVec3], world: &World) -> (Form, f64) {
     (Form::Beam { corner, u: u * size.x, v: v * size.y, direction }, area)
 }
 
-/// The cone round the refractor seen from a light, and its solid angle; all directions if that is no narrow cone.
+/// The cone round the object seen from a light, and its solid angle; all directions if that is no narrow cone.
 fn cone(apex: DVec3, corners: &[DVec3], inside: bool) -> (Form, f64) {
     const WIDEST_COS: f64 = 0.05;
     let lo = corners.iter().copied().fold(DVec3::INFINITY, DVec3::min);
     let hi = corners.iter().copied().fold(DVec3::NEG_INFINITY, DVec3::max);
     let axis = (0.5 * (lo + hi) - apex).normalize_or(DVec3::Y);
-    // sin^2 / (1 + cos) instead of 1 - cos, which would cancel for a distant refractor.
+    // sin^2 / (1 + cos) instead of 1 - cos, which would cancel for a distant object.
     let one_minus_cos = corners
         .iter()
         .map(|p| {

@@ -32,16 +32,16 @@ pub struct LedgerBin {
     pub from_nm: f64,
     /// To this wavelength, nm.
     pub to_nm: f64,
-    /// Sent towards the bounds of the refractors.
+    /// Sent towards the bounds of the refractors and mirrors.
     pub emitted: f64,
-    /// Passed by the refractor that it was sent to, or was blocked before it. What lands of it is direct light, which
+    /// Passed by the refractor or mirror that it was sent to, or was blocked before it. What lands of it is direct light, which
     /// is computed from the receiver's side.
     pub passed: f64,
-    /// Landed in the receiver's map after it met glass.
+    /// Landed in the receiver's map after it met glass or a mirror.
     pub landed: f64,
-    /// Landed on other opaque objects, on the receiver's back or beside its map, after it met glass.
+    /// Landed on other matt objects, on the receiver's back or beside its map, after it met glass or a mirror.
     pub landed_elsewhere: f64,
-    /// Absorbed by glass.
+    /// Absorbed by glass or a mirror.
     pub absorbed: f64,
     /// Left the scene after nothing but outside reflections.
     pub reflected: f64,

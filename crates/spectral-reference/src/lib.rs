@@ -6,10 +6,10 @@
 //!
 //! # Light
 //!
-//! Every light sends paths at the bounds of every refractor: parallel beams through the smallest rectangle round its
-//! shadow, point and spot lights through a cone. A path carries wavelengths from 380 to 780 nm, stratified, where the
-//! eye sees them. What meets no glass is left to shadow rays from the receiver. A light's `range_m` cuts: beyond it,
-//! measured to the first glass or to the receiver, there is nothing.
+//! Every light sends paths at the bounds of every refractor and every mirror: parallel beams through the smallest
+//! rectangle round its shadow, point and spot lights through a cone. A path carries wavelengths from 380 to 780 nm,
+//! stratified, where the eye sees them. What meets neither is left to shadow rays from the receiver. A light's `range_m`
+//! cuts: beyond it, measured to the first glass, mirror or receiver, there is nothing.
 //!
 //! Sampling is by Owen-scrambled Sobol points in four independent replicates, whose spread is the standard error.
 //! At an interface the reflected and the refracted part both go on; where one is weak, chance decides whether it goes on
@@ -29,9 +29,17 @@
 //!   behind. [`GeometryCounts`] says what becomes of bad meshes.
 //! * Roughness, iridescence and `thickness_m` are ignored.
 //!
-//! # Opaque objects
+//! # Mirrors
 //!
-//! They block and absorb, on both sides, before and behind the glass. Nothing is reflected from one to another.
+//! * Polished metal ([`spectral_scene::Material::is_mirror`]) reflects on both sides, at the shading normal, by Schlick's
+//!   formula with the upsampled `base_color`, and absorbs the rest. Nothing lands on it.
+//! * The first reflection of light that has met nothing is always followed, further ones up to `bounces`, counted
+//!   together with outside reflections at glass. A mirror inside or behind glass leaves light what it is, refracted.
+//!
+//! # Matt objects
+//!
+//! They block and absorb, on both sides, before and behind glass and mirrors; rough metal is one of them. Nothing is
+//! reflected from one to another.
 //!
 //! # Accounts
 //!
@@ -47,6 +55,7 @@ mod film;
 mod lamp;
 mod ledger;
 mod medium;
+mod mirror;
 mod optics;
 mod render;
 mod shade;

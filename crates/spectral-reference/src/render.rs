@@ -9,7 +9,6 @@ use spectral_scene::{Camera, Scene};
 use crate::bake::pool;
 use crate::error::{MAX_BOUNCES, ReferenceError, check_setting, check_size};
 use crate::lamp::{Bundle, Lamp};
-use crate::ledger::Tally;
 use crate::shade::{EyeSink, LightMaps};
 use crate::shoot::Shooter;
 use crate::sobol::{Sequence, mix};
@@ -28,7 +27,7 @@ pub struct RenderSettings {
     pub bounces: u32,
     /// Eye paths per pixel and lamp.
     pub samples_per_pixel: u32,
-    /// Photons for the light that reaches opaque surfaces by way of glass.
+    /// Photons for the light that reaches matt surfaces by way of glass and mirrors.
     pub photons: u64,
     /// About how many texels each such surface gets, as columns times rows.
     pub bake_size: [u32; 2],
@@ -88,12 +87,15 @@ pub struct Picture {
 
 /// Renders the scene through a camera.
 ///
-/// Eye rays split at glass like light does, with the same limits but a coarser cutoff, so glass shows reflections and refractions of
-/// everything behind it at every wavelength. Opaque surfaces are Lambertian: base colour upsampled, times direct
-/// light by shadow rays, plus, on their front, light that came by way of glass, from photon maps of
-/// `bake_size` texels in 20 bands of wavelengths, interpolated bilinearly. A map lies on the mesh's UVs where those give
-/// every point a place of its own, else on a chart per triangle. Metals are taken as matte. Light is not
-/// reflected from one opaque surface to another, and lights themselves are not seen.
+/// Eye rays split at glass and turn at mirrors like light does, with the same limits but a coarser cutoff, so glass and
+/// mirrors show reflections and refractions of everything else at every wavelength. Matt surfaces are Lambertian: base
+/// colour upsampled, times direct light by shadow rays, plus, on their front, light that came by way of glass and mirrors,
+/// from photon maps of `bake_size` texels in 20 bands of wavelengths, interpolated bilinearly. A map lies on the mesh's
+/// UVs where those give every point a place of its own, else on a chart per triangle. Light is not reflected from one
+/// matt surface to another, and lights themselves are not seen.
+///
+/// An eye may be inside a refractor, or behind an open one: then the way to what it sees is attenuated, and the picture
+/// is of the radiance in that medium, n^2 times what the same light would be outside.
 ///
 /// # Errors
 /// For scenes that break [`Scene::validate`]'s rules, without a camera, and for settings out of range.
@@ -122,7 +124,7 @@ fn rendered(
     let shooter = Shooter::new(&world, &lamps, Bundle::all(scene, &world, &lamps), limits, settings.seed);
     let map_size = (!shooter.is_idle()).then_some(settings.bake_size);
     let mut maps = LightMaps::new(scene, &world, &lamps, map_size);
-    let mut tally = Tally::new(settings.bounces);
+    let mut tally = shooter.tally();
     let mut units = 0;
     if !shooter.is_idle() {
         units = settings.photons.div_ceil(shooter.photons_per_unit()).clamp(1, shooter.max_units());
@@ -188,7 +190,8 @@ impl View {
         let mut xyz = [0.0; 3];
         let mut rays = 0;
         for (lamp_index, lamp) in lamps.iter().enumerate() {
-            let sink = EyeSink { maps, lamp, lamp_index, pending: Pending::default(), xyz: [0.0; 3] };
+            let (medium, pending) = (world.medium(self.nesting.medium()), Pending::default());
+            let sink = EyeSink { maps, lamp, lamp_index, medium, pending, xyz: [0.0; 3] };
             let mut tracer = Tracer::new(world, Limits::of_eye(settings.bounces), sink);
             // XYZ of the wavelengths drawn for this pixel; by its ratio to the light's, white stays white.
             let mut drawn = [0.0; 3];

@@ -1,4 +1,4 @@
-//! What an eye ray sees where it ends: diffuse surfaces lit directly and through glass.
+//! What an eye ray sees where it ends: diffuse surfaces lit directly, through glass and by mirrors.
 
 use std::f64::consts::PI;
 
@@ -8,6 +8,7 @@ use spectral_scene::Scene;
 
 use crate::direct;
 use crate::lamp::Lamp;
+use crate::medium::Medium;
 use crate::shoot::Film;
 use crate::texels::Texels;
 use crate::trace::{Landing, Layer, Sink};
@@ -20,15 +21,15 @@ const BANDS: usize = 20;
 /// An opaque object as the eye sees it.
 struct Matte {
     reflectance: SmoothSpectrum,
-    /// `None` for glass, and where no light comes from glass.
+    /// `None` for glass and mirrors, and where no light comes from either.
     texels: Option<Texels>,
 }
 
-/// Light from glass on every opaque object, by lamp and band.
+/// Light from glass and mirrors on every matt object, by lamp and band.
 ///
 /// A texel holds, per band, the illuminance in lux that the lamp would give if all of its spectrum fared like the
-/// band. So an eye ray's wavelength takes what its own band got, and coloured walls, absorption and dispersion seen
-/// through glass come out right up to the width of a band.
+/// band. So an eye ray's wavelength takes what its own band got, and coloured walls, absorption, metal and dispersion
+/// seen through glass come out right up to the width of a band.
 pub(crate) struct LightMaps<'a> {
     world: &'a World,
     mattes: Vec<Matte>,
@@ -54,18 +55,19 @@ pub(crate) struct BandSink<'a> {
 }
 
 impl<'a> LightMaps<'a> {
-    /// `size` is about how many texels each object gets; `None` if no light will come from glass.
+    /// `size` is about how many texels each object gets; `None` if no light will come from glass or mirrors.
     pub(crate) fn new(scene: &Scene, world: &'a World, lamps: &[Lamp], size: Option<[u32; 2]>) -> Self {
         let mattes = (0..scene.objects.len())
             .map(|object| Matte {
                 reflectance: SmoothSpectrum::reflectance(scene.material_of(object).base_color),
                 texels: size
-                    .filter(|_| world.media[object].is_none())
+                    .filter(|_| world.media[object].is_none() && world.mirrors[object].is_none())
                     .map(|size| Texels::of_surface(scene, world, object, size)),
             })
             .collect();
-        // Where glass treats all wavelengths alike one band is enough.
-        let colored = world.media.iter().flatten().any(|m| m.dispersive || m.absorbs() || m.tints());
+        // Where glass and mirrors treat all wavelengths alike one band is enough.
+        let colored = world.media.iter().flatten().any(|m| m.dispersive || m.absorbs() || m.tints())
+            || world.mirrors.iter().flatten().any(|m| m.colored);
         let bands = lamps.iter().map(|l| if colored && !l.spectrum.is_line() { BANDS } else { 1 }).collect();
         let sums = vec![vec![Vec::new(); scene.objects.len()]; lamps.len()];
         Self { world, mattes, bands, sums }
@@ -168,14 +170,16 @@ pub(crate) struct EyeSink<'a> {
     pub(crate) maps: &'a LightMaps<'a>,
     pub(crate) lamp: &'a Lamp,
     pub(crate) lamp_index: usize,
+    /// What the eye is in.
+    pub(crate) medium: Option<&'a Medium>,
     pub(crate) pending: Pending,
     /// Luminance as XYZ, Y in cd/m^2.
     pub(crate) xyz: [f64; 3],
 }
 
 impl EyeSink<'_> {
-    /// Illuminance by light from glass at one wavelength's band.
-    fn by_way_of_glass(&self, taps: &[(usize, f64); 4], object: usize, quantile: f64) -> f64 {
+    /// Illuminance by light from glass and mirrors at one wavelength's band.
+    fn by_detour(&self, taps: &[(usize, f64); 4], object: usize, quantile: f64) -> f64 {
         let map = &self.maps.sums[self.lamp_index][object];
         if map.is_empty() {
             return 0.0;
@@ -199,10 +203,12 @@ impl Sink for EyeSink<'_> {
         let texels = matte.texels.as_ref().filter(|_| landing.hit.front);
         let taps = texels.map(|t| LightMaps::taps(t, world, landing.hit));
         for (lane, power) in landing.lanes.iter().zip(landing.powers) {
-            let through = taps.map_or(0.0, |taps| self.by_way_of_glass(&taps, object, lane.quantile));
-            // Radiance over n^2 is what stays the same along a ray (Nicodemus 1963); the eye is in vacuum.
-            let n = world.medium(landing.medium).map_or(1.0, |m| m.ior(lane.lambda_nm));
-            let radiance = matte.reflectance.at(lane.lambda_nm) * (direct + through) / (PI * n * n);
+            let through = taps.map_or(0.0, |taps| self.by_detour(&taps, object, lane.quantile));
+            // Radiance over n^2 is what stays the same along a ray (Nicodemus 1963).
+            let [n, n_eye] = [world.medium(landing.medium), self.medium]
+                .map(|medium| medium.map_or(1.0, |m| m.ior(lane.lambda_nm)));
+            let radiance =
+                matte.reflectance.at(lane.lambda_nm) * (direct + through) / PI * (n_eye / n).powi(2);
             for (sum, xyz) in self.xyz.iter_mut().zip(lane.xyz) {
                 *sum += xyz * radiance * power * landing.flux;
             }

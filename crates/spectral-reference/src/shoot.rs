@@ -1,4 +1,4 @@
-//! Sends paths from all lights at all refractors, on all cores, with the same result whatever their number.
+//! Sends paths from all lights at all refractors and mirrors, on all cores, with the same result whatever their number.
 //!
 //! Work is cut into blocks by index, a block into chunks by place; chunks run in parallel, then their deposits are added
 //! up in order. So sums are formed in one order only.
@@ -122,6 +122,11 @@ impl<'a> Shooter<'a> {
         self.send(&mut tracer, bundle, sequence, index);
         let [s, t, _] = sequence.point(index);
         (Aim::cell(side, [s, t]), F::brightness(&tracer.sink), tracer.tally.counts.rays)
+    }
+
+    /// Empty books for the paths.
+    pub(crate) fn tally(&self) -> Tally {
+        Tally::new(self.limits.bounces)
     }
 
     pub(crate) fn is_idle(&self) -> bool {

@@ -8,8 +8,9 @@
 //! # How far light is followed
 //!
 //! * Reflections inside glass: `bounces` in a row; the count starts anew when light enters from outside.
-//! * Outside reflections: the first always (layer `reflected`), those of light that has been reflected or refracted
-//!   before up to `bounces` of them. Reflected light that enters glass afterwards counts as refracted.
+//! * Outside reflections and reflections at mirrors, wherever they are: the first of light that has met nothing always
+//!   (layer `reflected`), those of light that has been reflected or refracted before up to `bounces` of them. Reflected
+//!   light that enters glass afterwards counts as refracted.
 //! * A branch weaker than a cutoff, or deeper than [`MAX_DEPTH`] interfaces, is given up.
 //!
 //! What is given up is counted as truncated.
@@ -18,6 +19,7 @@ use glam::DVec3;
 
 use crate::ledger::{End, Tally};
 use crate::medium::Nesting;
+use crate::mirror::Mirror;
 use crate::optics;
 use crate::sobol::Chance;
 use crate::spectrum::{LANES, Lane, Lanes};
@@ -45,7 +47,7 @@ const MAX_DEPTH: u32 = 64;
 pub(crate) enum Layer {
     /// Met no glass yet.
     Direct,
-    /// Reflected on the outside only.
+    /// Reflected at mirrors or on the outside of glass only.
     Reflected,
     /// Has entered glass.
     Refracted,
@@ -84,7 +86,7 @@ struct Branch {
     layer: Layer,
     /// Reflections inside glass since it was entered from vacuum.
     inside: u32,
-    /// Outside reflections so far.
+    /// Further reflections outside glass or at mirrors so far.
     outside: u32,
     depth: u32,
 }
@@ -95,24 +97,41 @@ impl Branch {
     }
 }
 
-/// A refractor's surface where a path meets it.
+/// A place where a path meets glass or a mirror.
 struct Surface {
     position: DVec3,
     triangle: u32,
     object: u32,
-    /// Whose medium the light comes from.
-    from: Option<u32>,
-    /// What is around the light when it is through.
-    to: Nesting,
     /// Unit normals on the incident side.
     geometric: DVec3,
     shading: DVec3,
 }
 
 impl Surface {
+    fn new(world: &World, hit: &Hit) -> Self {
+        let face = &world.faces[hit.triangle as usize];
+        let side = if hit.front { 1.0 } else { -1.0 };
+        Self {
+            position: world.position(hit),
+            triangle: hit.triangle,
+            object: face.object,
+            geometric: side * face.normal,
+            shading: side * world.shading_normal(hit),
+        }
+    }
+
     fn start(&self, kind: StartKind, nesting: Nesting) -> Start {
         Start { triangle: self.triangle, kind, nesting }
     }
+}
+
+/// What throws light back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Reflector {
+    /// Glass that the light is in.
+    Inside,
+    /// Glass from outside, or a mirror.
+    Outside,
 }
 
 /// A path at its start.
@@ -125,7 +144,7 @@ pub(crate) struct Emission {
     pub(crate) flux: f64,
     /// Refractors around the origin.
     pub(crate) nesting: Nesting,
-    /// The refractor it is meant for: other first hits belong to other emissions. `None` takes any surface.
+    /// The refractor or mirror it is meant for: other first hits belong to other emissions. `None` takes any surface.
     pub(crate) target: Option<u32>,
     /// Light ends here, metres from the origin.
     pub(crate) range_m: f64,
@@ -157,7 +176,7 @@ impl Limits {
         Self { bounces, cutoff: EYE_CUTOFF, split: EYE_SPLIT, outside_only: false }
     }
 
-    /// For light that glass reflects outside, and nothing else.
+    /// For light that mirrors and the outside of glass reflect, and nothing else.
     pub(crate) fn of_outside_reflections(bounces: u32) -> Self {
         Self { outside_only: true, ..Self::of_light(bounces) }
     }
@@ -272,7 +291,8 @@ impl<'a, S: Sink> Tracer<'a, S> {
             }
         }
         let object = self.world.faces[hit.triangle as usize].object;
-        if self.world.medium(Some(object)).is_none() {
+        let mirror = self.world.mirrors[object as usize];
+        if self.world.medium(Some(object)).is_none() && mirror.is_none() {
             self.land(emission, &branch, hit);
             return;
         }
@@ -281,6 +301,11 @@ impl<'a, S: Sink> Tracer<'a, S> {
             return;
         }
         branch.depth += 1;
+        let surface = Surface::new(self.world, hit);
+        if let Some(mirror) = mirror {
+            self.mirror(emission, branch, &surface, &mirror);
+            return;
+        }
         let mut around = branch.start.nesting;
         let (from, to) = if hit.front {
             (around.medium(), around.entered(object))
@@ -297,33 +322,44 @@ impl<'a, S: Sink> Tracer<'a, S> {
             self.end(emission, &branch, End::TooNested);
             return;
         };
-        let side = if hit.front { 1.0 } else { -1.0 };
-        let surface = Surface {
-            position: self.world.position(hit),
-            triangle: hit.triangle,
-            object,
-            from,
-            to,
-            geometric: side * self.world.faces[hit.triangle as usize].normal,
-            shading: side * self.world.shading_normal(hit),
-        };
-        self.cross(emission, &branch, &surface);
+        self.cross(emission, &branch, &surface, from, to);
     }
 
-    /// Splits a branch at a refractor's surface.
-    fn cross(&mut self, emission: &Emission, branch: &Branch, surface: &Surface) {
+    /// Throws a branch back at a mirror, which keeps the rest.
+    fn mirror(&mut self, emission: &Emission, mut branch: Branch, surface: &Surface, mirror: &Mirror) {
+        let cos_i = -branch.direction.dot(surface.shading);
+        if cos_i <= 0.0 {
+            self.lose_wrong_side(emission, &branch);
+            return;
+        }
+        for l in branch.lanes_range() {
+            let kept = mirror.reflectance(emission.lanes.lanes[l].lambda_nm, cos_i);
+            self.absorb(emission, &mut branch, l, kept);
+        }
+        self.reflect(emission, branch, surface, Reflector::Outside);
+    }
+
+    /// Splits a branch at a refractor's surface, on its way `from` one medium `to` what is around it then.
+    fn cross(
+        &mut self,
+        emission: &Emission,
+        branch: &Branch,
+        surface: &Surface,
+        from: Option<u32>,
+        to: Nesting,
+    ) {
         let (first, last) = branch.lanes;
-        let media = [surface.from, surface.to.medium()].map(|object| self.world.medium(object));
+        let media = [from, to.medium()].map(|object| self.world.medium(object));
         let dispersive = media.iter().flatten().any(|m| m.dispersive);
         // Wavelengths that bend alike stay together.
         let together = if dispersive { 1 } else { last - first };
         let cos_i = -branch.direction.dot(surface.shading);
         let mut reflected = Branch { powers: [0.0; LANES], ..*branch };
         let mut refracted = Branch {
-            start: surface.start(StartKind::Refracted, surface.to),
+            start: surface.start(StartKind::Refracted, to),
             origin: surface.position,
             layer: Layer::Refracted,
-            inside: if surface.from.is_none() { 0 } else { branch.inside },
+            inside: if from.is_none() { 0 } else { branch.inside },
             ..*branch
         };
         let mut directions = [branch.direction; LANES];
@@ -353,9 +389,10 @@ impl<'a, S: Sink> Tracer<'a, S> {
                 refracted.powers[l] = branch.powers[l] - reflected.powers[l];
             }
         }
+        let reflector = if from.is_none() { Reflector::Outside } else { Reflector::Inside };
         if self.limits.outside_only {
             self.end(emission, &refracted, End::Truncated);
-            self.reflect(emission, reflected, surface);
+            self.reflect(emission, reflected, surface, reflector);
             return;
         }
         self.thin_out(&mut reflected, &mut refracted);
@@ -366,7 +403,7 @@ impl<'a, S: Sink> Tracer<'a, S> {
                 self.go_through(emission, refracted, surface);
             }
         }
-        self.reflect(emission, reflected, surface);
+        self.reflect(emission, reflected, surface, reflector);
     }
 
     /// Leaves it to chance whether the weaker of two branches goes on, if it is too weak to be worth it: then at the
@@ -407,7 +444,7 @@ impl<'a, S: Sink> Tracer<'a, S> {
         self.follow(emission, refracted);
     }
 
-    fn reflect(&mut self, emission: &Emission, mut branch: Branch, surface: &Surface) {
+    fn reflect(&mut self, emission: &Emission, mut branch: Branch, surface: &Surface, reflector: Reflector) {
         if branch.lanes_range().all(|l| branch.powers[l] == 0.0) {
             return;
         }
@@ -419,16 +456,16 @@ impl<'a, S: Sink> Tracer<'a, S> {
             return;
         }
         branch.start = surface.start(StartKind::Reflected, branch.start.nesting);
-        let followed = match (surface.from, branch.layer) {
-            (None, Layer::Direct) => {
+        let followed = match (reflector, branch.layer) {
+            (Reflector::Outside, Layer::Direct) => {
                 branch.layer = Layer::Reflected;
                 true
             }
-            (None, _) => {
+            (Reflector::Outside, _) => {
                 branch.outside += 1;
                 branch.outside <= self.limits.bounces
             }
-            (Some(_), _) => {
+            (Reflector::Inside, _) => {
                 branch.layer = Layer::Refracted;
                 branch.inside += 1;
                 branch.inside <= self.limits.bounces

@@ -20,6 +20,7 @@ use serde::{Deserialize, Serialize};
 use spectral_scene::Scene;
 
 use crate::medium::{Medium, Nesting};
+use crate::mirror::Mirror;
 use crate::tree::{Pending, Ray, Tree};
 use crate::triangle;
 
@@ -71,7 +72,7 @@ pub(crate) enum StartKind {
     Free,
     /// It has passed a refractor's surface.
     Refracted,
-    /// It was thrown back by one.
+    /// It was thrown back by one, or by a mirror.
     Reflected,
     /// It leaves an opaque surface.
     Opaque,
@@ -103,6 +104,8 @@ pub(crate) struct World {
     corner_normals: Vec<[DVec3; 3]>,
     /// Per object of the scene; `None` is opaque.
     pub(crate) media: Vec<Option<Medium>>,
+    /// Per object of the scene.
+    pub(crate) mirrors: Vec<Option<Mirror>>,
     tree: Tree,
     /// Starts nearer than this to a surface are on it, metres.
     pub(crate) contact_m: f64,
@@ -120,6 +123,8 @@ impl World {
             .map(|i| scene.material_of(i))
             .map(|m| m.is_refractor().then(|| Medium::new(m)))
             .collect();
+        let mirrors: Vec<Option<Mirror>> =
+            (0..scene.objects.len()).map(|i| Mirror::new(scene.material_of(i))).collect();
         for (object, medium) in media.iter().enumerate() {
             let mesh = scene.world_mesh(object);
             let mut kept = distinct_triangles(&mesh.positions, mesh.triangles, &mut counts);
@@ -152,13 +157,14 @@ impl World {
         counts.triangles = faces.len() as u64;
         let largest = corners.iter().flatten().fold(0.0, |m: f64, p| m.max(p.abs().max_element()));
         let contact_m = largest * 2_f64.powi(-40);
-        // Most rays start at glass.
-        let of_glass = |face: &Face| media[face.object as usize].is_some();
-        let any_glass = faces.iter().any(of_glass);
+        // Most rays start at what throws caustics.
+        let casts =
+            |face: &Face| media[face.object as usize].is_some() || mirrors[face.object as usize].is_some();
+        let any_casts = faces.iter().any(casts);
         let focus = faces
             .iter()
             .zip(&corners)
-            .filter(|(face, _)| !any_glass || of_glass(face))
+            .filter(|(face, _)| !any_casts || casts(face))
             .flat_map(|(_, corners)| corners)
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(lo, hi), p| (lo.min(*p), hi.max(*p)));
         let (tree, order) = Tree::build(&corners, focus, contact_m);
@@ -167,6 +173,7 @@ impl World {
             faces: order.iter().map(|&i| faces[i as usize].clone()).collect(),
             corner_normals,
             media,
+            mirrors,
             tree,
             contact_m,
             counts,
