@@ -92,11 +92,13 @@ fn face_counts_are_those_of_the_paper() {
 
 #[test]
 fn solids_are_closed_and_face_outwards() {
-    for &name in BUNDLED.iter().filter(|&&n| n != "water") {
+    for &name in BUNDLED {
         let scene = scene(name);
-        let mesh = mesh_of(&scene, refractor(&scene));
-        assert_closed(mesh, if name == "ring" { 0 } else { 2 });
-        assert!(volume(mesh) > 0.0, "{name}: {}", volume(mesh));
+        let solid = |&object: &usize| scene.objects[object].name != "water";
+        for mesh in scene.casters().filter(solid).map(|object| mesh_of(&scene, object)) {
+            assert_closed(mesh, if mesh.name == "ring" { 0 } else { 2 });
+            assert!(volume(mesh) > 0.0, "{name}: {}", volume(mesh));
+        }
     }
     // A plate with one hole is a torus.
     let prism = scene("prism");
@@ -133,6 +135,9 @@ fn volumes_are_those_of_the_ideal_bodies() {
     near(volume_of("sphere-fine"), 4.0 / 3.0 * pi * 0.05_f64.powi(3), 6e-5);
     near(volume_of("ring"), 2.0 * pi * pi * 0.055 * 0.014 * 0.014, 1e-3);
     near(volume_of("prism"), 3_f64.sqrt() / 4.0 * 0.05 * 0.05 * 0.06, 1e-6);
+    let metal_ring = scene("metal-ring");
+    let band = mesh_of(&metal_ring, metal_ring.mirrors().next().expect("the ring"));
+    near(volume(band), pi * (0.053 * 0.053 - 0.05 * 0.05) * 0.024, 2e-4);
     // Outer cone frustum less the cavity, which the fillet makes a little smaller.
     let glass = volume_of("glass");
     assert!((5.0e-5..9.5e-5).contains(&glass), "{glass}");
@@ -140,31 +145,48 @@ fn volumes_are_those_of_the_ideal_bodies() {
 
 #[test]
 fn water_is_an_open_sheet_facing_up() {
-    let water = scene("water");
-    let mesh = mesh_of(&water, refractor(&water));
-    let (_, triangles) = welded(mesh);
-    let edges = edges(&triangles);
-    assert!(edges.values().all(|&count| count == 1), "inconsistent orientation");
-    let border = edges.keys().filter(|&&(a, b)| !edges.contains_key(&(b, a))).count();
-    assert_eq!(border, 4 * 128);
-    for &t in &mesh.triangles {
-        let [a, b, c] = triangle(mesh, t);
-        assert!((b - a).cross(c - a).y > 0.0);
+    for (name, cells) in [("water", 128), ("underwater", 192)] {
+        let water = scene(name);
+        let mesh = mesh_of(&water, refractor(&water));
+        let (_, triangles) = welded(mesh);
+        let edges = edges(&triangles);
+        assert!(edges.values().all(|&count| count == 1), "inconsistent orientation");
+        let border = edges.keys().filter(|&&(a, b)| !edges.contains_key(&(b, a))).count();
+        assert_eq!(border, 4 * cells, "{name}");
+        for &t in &mesh.triangles {
+            let [a, b, c] = triangle(mesh, t);
+            assert!((b - a).cross(c - a).y > 0.0, "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_eye_of_underwater_is_below_the_waves_and_everything_else_is_too() {
+    let scene = scene("underwater");
+    let (water_low, water_high) = scene.bounds(scene.refractors()).expect("water");
+    let eye = scene.cameras[0].world_from_camera.w_axis.truncate();
+    assert!(eye.y > 0.1 && eye.y < water_low.y - 0.1, "{eye}");
+    for object in scene.opaque() {
+        let (low, high) = scene.bounds([object]).expect("not empty");
+        assert!(high.y < water_low.y, "{}", scene.objects[object].name);
+        // No light passes beside the water, however it slants.
+        assert!(low.x > water_low.x + 0.3 && high.x < water_high.x - 0.3, "{}", scene.objects[object].name);
+        assert!(low.z > water_low.z + 0.3 && high.z < water_high.z - 0.3, "{}", scene.objects[object].name);
     }
 }
 
 #[test]
 fn vertex_normals_agree_with_their_faces() {
     for &name in BUNDLED {
-        let scene = scene(name);
-        let mesh = mesh_of(&scene, refractor(&scene));
-        for &t in mesh.triangles.iter().filter(|_| !mesh.normals.is_empty()) {
-            let [a, b, c] = triangle(mesh, t);
-            let facet = (b - a).cross(c - a).normalize();
-            for v in t {
-                let normal = DVec3::from(mesh.normals[v as usize].map(f64::from));
-                // The roundest place, the glass's rim, turns 15 degrees per face.
-                assert!(normal.dot(facet) > 0.95, "{name}: {}", normal.dot(facet));
+        for mesh in &scene(name).meshes {
+            for &t in mesh.triangles.iter().filter(|_| !mesh.normals.is_empty()) {
+                let [a, b, c] = triangle(mesh, t);
+                let facet = (b - a).cross(c - a).normalize();
+                for v in t {
+                    let normal = DVec3::from(mesh.normals[v as usize].map(f64::from));
+                    // The roundest place, the glass's rim, turns 15 degrees per face.
+                    assert!(normal.dot(facet) > 0.95, "{name}, {}: {}", mesh.name, normal.dot(facet));
+                }
             }
         }
     }
@@ -178,7 +200,8 @@ fn scenes_are_valid_without_degenerate_triangles_and_repeatable() {
         assert_eq!(counts.zero_area_triangles, 0, "{name}");
         assert_eq!(scene, bundled(name).expect("listed"), "{name} differs from itself");
         assert_eq!(scene.name, name);
-        assert_eq!((scene.lights.len(), scene.cameras.len()), (1, 1), "{name}");
+        let lights = if name == "lamps" { 3 } else { 1 };
+        assert_eq!((scene.lights.len(), scene.cameras.len()), (lights, 1), "{name}");
         let receiver = scene.receiver("receiver").unwrap_or_else(|e| panic!("{name}: {e}"));
         assert_eq!(mesh_of(&scene, receiver).uvs.len(), 4, "{name}");
     }

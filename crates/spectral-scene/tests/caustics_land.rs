@@ -1,7 +1,7 @@
-//! The bundled scenes show what they are for: refracted light reaches their main receiver.
+//! The bundled scenes show what they are for: refracted and mirrored light reaches their main receiver.
 //!
 //! A small tracer of its own follows single rays: through every surface that lets them pass, round total
-//! reflections, to the first opaque object. No Fresnel, no accumulation; that is the oracle's business.
+//! reflections and mirrors, to the first matt object. No Fresnel, no accumulation; that is the oracle's business.
 
 use glam::DVec3;
 use spectral_core::optics::{Refraction, refract};
@@ -17,29 +17,30 @@ struct Triangle {
 
 struct World<'a> {
     scene: &'a Scene,
-    opaque: Vec<Triangle>,
-    refracting: Vec<Triangle>,
-    /// Bounds of the refractor: most rays miss it on most of their segments.
+    matt: Vec<Triangle>,
+    casting: Vec<Triangle>,
+    /// Bounds of the refractors and mirrors: most rays miss them on most of their segments.
     bounds: (DVec3, DVec3),
 }
 
 /// Where a ray ends.
 #[derive(Debug, PartialEq)]
 enum End {
-    /// On an opaque object, at these texture coordinates, after entering glass.
+    /// On a matt object, at these texture coordinates, after meeting glass or a mirror.
     Landed { object: usize, uv: [f64; 2] },
-    /// Anywhere else after entering glass.
+    /// Anywhere else after meeting glass or a mirror.
     Lost,
-    /// Without having met glass.
+    /// Without having met either.
     Missed,
 }
 
 impl<'a> World<'a> {
     fn new(scene: &'a Scene) -> Self {
-        let (mut opaque, mut refracting) = (Vec::new(), Vec::new());
+        let (mut matt, mut casting) = (Vec::new(), Vec::new());
+        let is_matt: Vec<usize> = scene.matt().collect();
         for object in 0..scene.objects.len() {
             let mesh = scene.world_mesh(object);
-            let list = if scene.material_of(object).is_refractor() { &mut refracting } else { &mut opaque };
+            let list = if is_matt.contains(&object) { &mut matt } else { &mut casting };
             list.extend(mesh.triangles.iter().map(|t| {
                 let corners @ [a, b, c] = t.map(|v| mesh.positions[v as usize]);
                 let facet = (b - a).cross(c - a).normalize();
@@ -49,19 +50,19 @@ impl<'a> World<'a> {
                 Triangle { object, corners, normals, uvs: t.map(uv) }
             }));
         }
-        let bounds = scene.bounds(scene.refractors()).expect("glass");
-        Self { scene, opaque, refracting, bounds }
+        let bounds = scene.bounds(scene.casters()).expect("glass or a mirror");
+        Self { scene, matt, casting, bounds }
     }
 
     /// Nearest triangle ahead, with distance and barycentric weights.
     fn hit(&self, origin: DVec3, direction: DVec3) -> Option<(&Triangle, f64, DVec3)> {
-        let near_glass = {
+        let near = {
             let (a, b) = ((self.bounds.0 - origin) / direction, (self.bounds.1 - origin) / direction);
             a.max(b).min_element() >= a.min(b).max_element().max(0.0) - 1e-6
         };
-        let glass = if near_glass { &self.refracting[..] } else { &[] };
+        let casting = if near { &self.casting[..] } else { &[] };
         let mut nearest: Option<(&Triangle, f64, DVec3)> = None;
-        for triangle in self.opaque.iter().chain(glass) {
+        for triangle in self.matt.iter().chain(casting) {
             let [a, b, c] = triangle.corners;
             let (ab, ac) = (b - a, c - a);
             let p = direction.cross(ac);
@@ -78,32 +79,37 @@ impl<'a> World<'a> {
     }
 
     fn follow(&self, mut origin: DVec3, mut direction: DVec3, lambda_nm: f64) -> End {
-        let (mut entered, mut reflections) = (false, 0);
+        let (mut met, mut reflections) = (false, 0);
         while let Some((triangle, t, weights)) = self.hit(origin, direction) {
             let mix = |v: [DVec3; 3]| v[0] * weights.x + v[1] * weights.y + v[2] * weights.z;
             let material = self.scene.material_of(triangle.object);
-            if !material.is_refractor() {
+            if !material.is_refractor() && !material.is_mirror() {
                 let uv = [0, 1].map(|k| weights.dot(DVec3::from(triangle.uvs.map(|uv| uv[k]))));
-                return if entered { End::Landed { object: triangle.object, uv } } else { End::Missed };
+                return if met { End::Landed { object: triangle.object, uv } } else { End::Missed };
             }
             let normal = mix(triangle.normals).normalize();
-            let n = material.dispersion.ior(lambda_nm);
-            let eta = if direction.dot(normal) < 0.0 { n } else { 1.0 / n };
             origin += direction * t;
-            entered = true;
-            direction = match refract(direction.to_array(), normal.to_array(), eta) {
-                Refraction::Transmitted(onward, _) => DVec3::from(onward),
-                Refraction::TotalReflection if reflections == 3 => return End::Lost,
-                Refraction::TotalReflection => {
-                    reflections += 1;
-                    direction - normal * (2.0 * direction.dot(normal))
+            met = true;
+            if material.is_refractor() {
+                let n = material.dispersion.ior(lambda_nm);
+                let eta = if direction.dot(normal) < 0.0 { n } else { 1.0 / n };
+                if let Refraction::Transmitted(onward, _) =
+                    refract(direction.to_array(), normal.to_array(), eta)
+                {
+                    direction = DVec3::from(onward);
+                    continue;
                 }
-            };
+            }
+            if reflections == 3 {
+                return End::Lost;
+            }
+            reflections += 1;
+            direction -= normal * (2.0 * direction.dot(normal));
         }
-        if entered { End::Lost } else { End::Missed }
+        if met { End::Lost } else { End::Missed }
     }
 
-    /// Rays of the scene's light on a grid over a disc round the refractor; only those that meet it.
+    /// Rays of the scene's first light on a grid over a disc round refractors and mirrors; only those that meet them.
     fn ends(&self, lambda_nm: f64, side: usize) -> Vec<End> {
         let (low, high) = self.bounds;
         let (centre, radius) = ((low + high) / 2.0, low.distance(high) / 2.0);
@@ -133,9 +139,10 @@ impl<'a> World<'a> {
 }
 
 #[test]
-fn most_refracted_rays_land_on_the_main_receiver() {
-    // Shares of the rays that met glass: they tell a scene whose caustic has slipped off its floor. Gem and diamond
-    // send part of the light back or round more than three times; the water is wider than its floor on purpose.
+fn most_redirected_rays_land_on_the_main_receiver() {
+    // Shares of the rays that met glass or a mirror: they tell a scene whose caustic has slipped off its floor. Gem and diamond
+    // send part of the light back or round more than three times, a mirror ball everywhere; the water is wider than its
+    // floor on purpose.
     let shares = [
         ("prism", 0.9, 400),
         ("sphere", 0.9, 24),
@@ -145,6 +152,9 @@ fn most_refracted_rays_land_on_the_main_receiver() {
         ("glass", 0.8, 24),
         ("organic", 0.6, 24),
         ("water", 0.1, 24),
+        ("metal-ring", 0.8, 64),
+        ("underwater", 0.2, 32),
+        ("lamps", 0.5, 64),
     ];
     for (name, least, side) in shares {
         let scene = bundled(name).expect("listed");
@@ -152,8 +162,8 @@ fn most_refracted_rays_land_on_the_main_receiver() {
         let receiver = scene.receiver("receiver").expect("main receiver");
         let landed = |end: &&End| matches!(end, End::Landed { object, .. } if *object == receiver);
         let share = ends.iter().filter(landed).count() as f64 / ends.len() as f64;
-        println!("{name}: {} rays met glass, {share:.2} landed", ends.len());
-        assert!(ends.len() > 50, "{name}: only {} rays met glass", ends.len());
+        println!("{name}: {} rays were redirected, {share:.2} landed", ends.len());
+        assert!(ends.len() > 50, "{name}: only {} rays were redirected", ends.len());
         assert!(share >= least, "{name}: {share} of {} rays landed", ends.len());
     }
 }
@@ -187,16 +197,18 @@ fn the_prism_spreads_a_spectrum_from_red_to_violet() {
 }
 
 #[test]
-fn refractors_stand_clear_of_everything_else() {
+fn refractors_and_mirrors_stand_clear_of_everything_else() {
     for &name in BUNDLED.iter().filter(|&&n| n != "sphere-fine") {
         let scene = bundled(name).expect("listed");
-        let (low, high) = scene.bounds(scene.refractors()).expect("glass");
-        for object in scene.opaque() {
-            let (other_low, other_high) = scene.bounds([object]).expect("not empty");
-            let apart = (low - other_high).max(other_low - high).max_element();
-            // The slit plate lies slantwise above the prism, so its box tells nothing.
-            if scene.objects[object].name != "slit-plate" {
-                assert!(apart >= 4e-4, "{name}: `{}` is {apart} m off", scene.objects[object].name);
+        for caster in scene.casters() {
+            let (low, high) = scene.bounds([caster]).expect("not empty");
+            for other in (0..scene.objects.len()).filter(|&other| other != caster) {
+                let (other_low, other_high) = scene.bounds([other]).expect("not empty");
+                let apart = (low - other_high).max(other_low - high).max_element();
+                // The slit plate lies slantwise above the prism, so its box tells nothing.
+                if scene.objects[other].name != "slit-plate" {
+                    assert!(apart >= 4e-4, "{name}: `{}` is {apart} m off", scene.objects[other].name);
+                }
             }
         }
     }

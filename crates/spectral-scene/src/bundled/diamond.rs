@@ -22,6 +22,6 @@ pub(super) fn scene() -> Scene {
     let material = clear("diamond", catalogue("diamond"), 0.04);
     stage.place(brilliant(), material, world_from_diamond);
     stage.sun(DVec3::new(0.15, -1.0, -0.1), 1000.0, LightSpectrum::default());
-    stage.camera(DVec3::new(0.08, 0.2, 0.36), DVec3::new(0.0, 0.045, 0.0));
+    stage.camera(DVec3::new(0.06, 0.16, 0.19), DVec3::new(0.015, 0.03, 0.0));
     stage.0
 }

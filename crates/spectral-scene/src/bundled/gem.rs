@@ -14,6 +14,6 @@ pub(super) fn scene() -> Scene {
     let cauchy = Dispersion::Cauchy { a: 2.3818, b_um2: 0.0121, c_um4: 0.0 };
     stage.place(gem(), clear("glass", cauchy, 0.042), DMat4::IDENTITY);
     reference_sun(&mut stage);
-    stage.camera(DVec3::new(0.16, 0.36, 0.56), DVec3::new(0.02, 0.01, 0.02));
+    stage.camera(DVec3::new(0.08, 0.25, 0.23), DVec3::new(0.02, 0.02, 0.02));
     stage.0
 }

@@ -42,7 +42,7 @@ pub(super) fn scene() -> Scene {
             range_m: None,
         },
     });
-    stage.camera(DVec3::new(0.12, 0.3, 0.55), DVec3::new(0.01, 0.04, 0.0));
+    stage.camera(DVec3::new(0.04, 0.20, 0.26), DVec3::new(0.0, 0.04, 0.0));
     stage.0
 }
 

@@ -7,21 +7,36 @@ mod diamond;
 mod facets;
 mod gem;
 mod glass;
+mod lamps;
+mod metal_ring;
 mod organic;
 mod prism;
 mod ring;
 mod sphere;
 mod stage;
 mod surfaces;
+mod underwater;
 mod water;
 
 use spectral_core::dispersion::Dispersion;
 
 use crate::Scene;
 
-/// Names of the bundled scenes. Each has a main receiver named `receiver`, a light and a camera.
-pub const BUNDLED: &[&str] =
-    &["prism", "sphere", "sphere-fine", "ring", "gem", "diamond", "glass", "organic", "water"];
+/// Names of the bundled scenes. Each has a main receiver named `receiver`, a light or more, and a camera.
+pub const BUNDLED: &[&str] = &[
+    "prism",
+    "sphere",
+    "sphere-fine",
+    "ring",
+    "gem",
+    "diamond",
+    "glass",
+    "organic",
+    "water",
+    "metal-ring",
+    "underwater",
+    "lamps",
+];
 
 /// The bundled scene of this name; `None` if [`BUNDLED`] does not list it.
 pub fn bundled(name: &str) -> Option<Scene> {
@@ -35,6 +50,9 @@ pub fn bundled(name: &str) -> Option<Scene> {
         "glass" => glass::scene(),
         "organic" => organic::scene(),
         "water" => water::scene(),
+        "metal-ring" => metal_ring::scene(),
+        "underwater" => underwater::scene(),
+        "lamps" => lamps::scene(),
         _ => return None,
     })
 }

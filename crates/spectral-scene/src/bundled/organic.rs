@@ -37,7 +37,7 @@ pub(super) fn scene() -> Scene {
     let material = tinted(clear("N-F2", catalogue("N-F2"), 2.0 * RADIUS_M), [0.80, 0.93, 0.86], 0.1);
     stage.place(shape, material, DMat4::from_translation(DVec3::new(-0.02, 0.055, 0.0)));
     stage.sun(DVec3::new(0.35, -1.0, -0.2), 1000.0, LightSpectrum::default());
-    stage.camera(DVec3::new(0.08, 0.25, 0.42), DVec3::new(0.0, 0.045, 0.0));
+    stage.camera(DVec3::new(0.065, 0.18, 0.21), DVec3::new(0.005, 0.042, 0.0));
     stage.0
 }
 

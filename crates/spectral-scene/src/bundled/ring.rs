@@ -17,6 +17,6 @@ pub(super) fn scene() -> Scene {
         DMat4::from_translation(DVec3::new(-0.02, 0.055, 0.0)) * DMat4::from_rotation_z(-0.5);
     stage.place(ring, clear("N-SF66", catalogue("N-SF66"), 0.028), world_from_ring);
     stage.sun(DVec3::new(0.3, -1.0, -0.15), 1000.0, LightSpectrum::default());
-    stage.camera(DVec3::new(0.05, 0.3, 0.5), DVec3::new(0.0, 0.03, 0.0));
+    stage.camera(DVec3::new(0.04, 0.21, 0.21), DVec3::new(0.005, 0.03, 0.0));
     stage.0
 }

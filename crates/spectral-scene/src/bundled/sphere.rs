@@ -24,6 +24,6 @@ pub(super) fn scene(name: &str, subdivisions: u32) -> Scene {
     let cauchy = Dispersion::Cauchy { a: 1.5046, b_um2: 0.0042, c_um4: 0.0 };
     stage.place(sphere, clear("glass", cauchy, 2.0 * RADIUS_M), DMat4::from_translation(DVec3::Y * 0.08));
     reference_sun(&mut stage);
-    stage.camera(DVec3::new(0.08, 0.2, 0.3), DVec3::new(0.02, 0.045, 0.01));
+    stage.camera(DVec3::new(0.06, 0.27, 0.14), DVec3::new(0.014, 0.045, 0.008));
     stage.0
 }

@@ -31,24 +31,33 @@ impl Stage {
         scene.objects.push(Object { name, mesh: scene.meshes.len() - 1, material, world_from_mesh });
     }
 
-    /// The main receiver: a square on y = 0 with u along +x and v along +z.
+    /// The main receiver: a grey square on y = 0 with u along +x and v along +z.
     pub(super) fn floor(&mut self, centre_x: f64, centre_z: f64, half: f64) {
+        self.floor_of(centre_x, centre_z, half, matte("grey", GREY));
+    }
+
+    pub(super) fn floor_of(&mut self, centre_x: f64, centre_z: f64, half: f64, material: Material) {
         let corner = DVec3::new(centre_x - half, 0.0, centre_z - half);
         let quad = quad("receiver", corner, DVec3::X * 2.0 * half, DVec3::Z * 2.0 * half);
-        self.place(quad, matte("grey", GREY), DMat4::IDENTITY);
+        self.place(quad, material, DMat4::IDENTITY);
     }
 
     /// The floor of side `2 * half`, with a red wall on the left, a green one on the right and a grey one
     /// behind: a Cornell box without the ceiling and the front, so that light from outside comes in.
     pub(super) fn cornell_box(&mut self, half: f64, height: f64) {
         self.floor(0.0, 0.0, half);
+        self.walls(half, height, [matte("grey", GREY), matte("red", RED), matte("green", GREEN)]);
+    }
+
+    /// Walls behind, on the left and on the right of a square of side `2 * half` about the origin.
+    pub(super) fn walls(&mut self, half: f64, height: f64, [back, left, right]: [Material; 3]) {
         let (side, down) = (2.0 * half, DVec3::NEG_Y * height);
-        let mut wall = |name, corner, u_edge, colour_name, colour| {
-            self.place(quad(name, corner, u_edge, down), matte(colour_name, colour), DMat4::IDENTITY);
+        let mut wall = |name, corner, u_edge, material| {
+            self.place(quad(name, corner, u_edge, down), material, DMat4::IDENTITY);
         };
-        wall("wall-back", DVec3::new(-half, height, -half), DVec3::X * side, "grey", GREY);
-        wall("wall-left", DVec3::new(-half, height, half), DVec3::NEG_Z * side, "red", RED);
-        wall("wall-right", DVec3::new(half, height, -half), DVec3::Z * side, "green", GREEN);
+        wall("wall-back", DVec3::new(-half, height, -half), DVec3::X * side, back);
+        wall("wall-left", DVec3::new(-half, height, half), DVec3::NEG_Z * side, left);
+        wall("wall-right", DVec3::new(half, height, -half), DVec3::Z * side, right);
     }
 
     /// A white directional light.
@@ -108,6 +117,11 @@ pub(super) fn clear(name: &str, dispersion: Dispersion, thickness_m: f64) -> Mat
         emissive: [0.0; 3],
         double_sided: false,
     }
+}
+
+/// Polished metal of the given linear sRGB reflectance at normal incidence.
+pub(super) fn polished(name: &str, base_color: [f64; 3]) -> Material {
+    Material { metallic: 1.0, roughness: 0.0, ..matte(name, base_color) }
 }
 
 /// Glass that leaves `color` of white light after `distance_m`.

@@ -147,8 +147,8 @@ pub(super) struct ProfilePoint {
 }
 
 /// A surface of revolution about y in `segments` sectors. Each run of the profile is smooth; between two
-/// runs, which share a point but not its normal, lies a crease. The profile starts and ends on the axis,
-/// and the outside lies to its right (going outwards along +radius, the surface faces -y).
+/// runs, which share a point but not its normal, lies a crease. The profile starts and ends on the axis, or
+/// ends where it starts, and the outside lies to its right (going outwards along +radius, the surface faces -y).
 pub(super) fn revolve(name: &str, runs: &[Vec<ProfilePoint>], segments: u32) -> Mesh {
     let mut mesh = Mesh { name: name.into(), ..Mesh::default() };
     for run in runs {
@@ -203,6 +203,16 @@ pub(super) fn height_field(
         }
     }
     mesh
+}
+
+/// Height and slopes of sine waves about the height `level`: wave vector along x and z (rad/m), height (m), phase.
+pub(super) fn waves(level: f64, waves: &[([f64; 2], f64, f64)]) -> impl Fn(f64, f64) -> (f64, [f64; 2]) {
+    move |x, z| {
+        waves.iter().fold((level, [0.0; 2]), |(y, slope), &([kx, kz], height, phase)| {
+            let (sin, cos) = (kx * x + kz * z + phase).sin_cos();
+            (y + height * sin, [slope[0] + height * kx * cos, slope[1] + height * kz * cos])
+        })
+    }
 }
 
 fn push(mesh: &mut Mesh, position: DVec3, normal: DVec3) {

@@ -5,7 +5,7 @@ use spectral_core::light::LightSpectrum;
 
 use super::catalogue;
 use super::stage::{Stage, clear, tinted};
-use super::surfaces::height_field;
+use super::surfaces::{height_field, waves};
 use crate::Scene;
 
 const DEPTH_M: f64 = 0.4;
@@ -22,15 +22,10 @@ pub(super) fn scene() -> Scene {
     let mut stage = Stage::new("water");
     stage.floor(0.0, 0.0, 0.4);
     // Wider than the floor, so that no light passes beside it, however it slants.
-    let surface = height_field("water", 0.8, 128, |x, z| {
-        WAVES.iter().fold((DEPTH_M, [0.0; 2]), |(y, slope), &([kx, kz], height, phase)| {
-            let (sin, cos) = (kx * x + kz * z + phase).sin_cos();
-            (y + height * sin, [slope[0] + height * kx * cos, slope[1] + height * kz * cos])
-        })
-    });
+    let surface = height_field("water", 0.8, 128, waves(DEPTH_M, &WAVES));
     let water = tinted(clear("water", catalogue("water"), DEPTH_M), [0.75, 0.96, 0.98], 2.0);
     stage.place(surface, water, DMat4::IDENTITY);
     stage.sun(DVec3::new(0.4, -1.0, 0.25), 1000.0, LightSpectrum::default());
-    stage.camera(DVec3::new(0.2, 1.1, 1.0), DVec3::new(0.0, 0.1, 0.0));
+    stage.camera(DVec3::new(0.05, 0.66, 0.27), DVec3::new(0.0, 0.0, -0.02));
     stage.0
 }
