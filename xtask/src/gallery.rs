@@ -55,7 +55,7 @@ const SPECTRUM_EXPOSURE: f64 = 0.6;
 const OVERVIEW: [&str; 4] = ["prism", "sphere", "ring", "gem"];
 
 /// What there is to see, in the order of the page.
-const CAPTIONS: [(&str, &str); 10] = [
+const CAPTIONS: [(&str, &str); 13] = [
     (
         "prism",
         "White light through a slit and a prism of dense flint. Seven wavelengths draw seven lines, gap filling joins them; the oracle draws the spectrum.",
@@ -74,6 +74,12 @@ const CAPTIONS: [(&str, &str); 10] = [
     ("glass", "A drinking glass with walls of real thickness: four interfaces where image space knows two."),
     ("organic", "A closed smooth shape of 137,780 faces."),
     ("water", "One interface above a floor: nothing for image space to guess."),
+    (
+        "metal-ring",
+        "A gold ring in slanting light: what its inside throws onto the table is a nephroid, with its cusp half a radius from the axis.",
+    ),
+    ("underwater", "On the floor of a pool, among stones, with the eye under water too."),
+    ("lamps", "Sun, a warm spot and a blue point light over a glass ball, a green prism and a mirror ball."),
     ("bunny-glass", "A file from other people's tools, on its own floor."),
 ];
 

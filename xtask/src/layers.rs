@@ -10,7 +10,7 @@ pub enum Layer {
     Direct,
     /// Has been in glass.
     Refracted,
-    /// Met glass only from outside.
+    /// Met mirrors, and glass only from outside.
     Reflected,
 }
 

@@ -90,10 +90,10 @@ impl Subject {
         self.scene.lights.iter().map(lamp).sum()
     }
 
-    /// Upper bound of the receiver's mean illuminance, lux, from light that meets glass: all that enters the
-    /// glass's bounding sphere, landing there.
+    /// Upper bound of the receiver's mean illuminance, lux, from light that meets glass or a mirror: all that enters the
+    /// bounding sphere of these, landing there.
     pub fn max_caustic_y(&self) -> f64 {
-        let Some((low, high)) = self.scene.bounds(self.scene.refractors()) else { return 0.0 };
+        let Some((low, high)) = self.scene.bounds(self.scene.casters()) else { return 0.0 };
         let (center, radius) = ((low + high) * 0.5, low.distance(high) * 0.5);
         let lamp = |light: &Light| match light.shape {
             LightShape::Directional { .. } => luminous(light) * PI * radius * radius,

@@ -37,8 +37,10 @@ fn reasons(plan: &Plan, pass: &str, kept: bool) -> Vec<String> {
 
 #[test]
 fn every_bundled_scene_has_its_acm_and_asm_plan() {
-    for name in BUNDLED {
-        let scene = bundled(name).unwrap();
+    // Steps are looked up by the names of one light.
+    let scenes = BUNDLED.iter().map(|name| bundled(name).unwrap());
+    for scene in scenes.filter(|scene| scene.refractors().count() > 0 && scene.lights.len() == 1) {
+        let name = &scene.name;
         let names = |settings: &Settings| bake_of(&scene, settings).step_names();
         let light = format!("light 0 `{}`", scene.lights[0].name);
         // What the two add to caustics mapping, and where.

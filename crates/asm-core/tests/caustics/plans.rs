@@ -8,7 +8,7 @@ use spectral_scene::{Scene, bundled};
 
 use crate::stage::*;
 
-/// Step names without the light's, which every bundled scene has one of.
+/// Step names without the light's, which every bundled scene but `lamps` has one of.
 fn steps(plan: &Plan) -> Vec<String> {
     let names = plan.step_names();
     let short = |name: String| name.replace("light 0 `sun`", "light").replace("light 0 `spot`", "light");
@@ -26,7 +26,7 @@ fn render_of(scene: &Scene, settings: &Settings) -> Plan {
 #[test]
 fn every_bundled_scene_has_its_plan() {
     // Scenes with something opaque before the glass draw shadows apart; water has no faces for light to leave by; only
-    // organic and water absorb, so only they need the thickness that the camera sees.
+    // those that absorb need the thickness that the camera sees.
     for (name, apart, exits, absorbs) in [
         ("prism", true, true, false),
         ("sphere", false, true, false),
@@ -37,6 +37,7 @@ fn every_bundled_scene_has_its_plan() {
         ("glass", true, true, false),
         ("organic", true, true, true),
         ("water", false, false, true),
+        ("underwater", false, false, true),
     ] {
         let scene = bundled(name).unwrap();
         let light = [

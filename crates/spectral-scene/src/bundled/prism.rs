@@ -33,6 +33,6 @@ pub(super) fn scene() -> Scene {
     stage.place(plate, matte("blackened", [0.02; 3]), world_from_plate);
 
     stage.sun(light, 1000.0, LightSpectrum::default());
-    stage.camera(DVec3::new(-0.16, 0.15, 0.15), DVec3::new(-0.13, 0.04, 0.0));
+    stage.camera(DVec3::new(-0.13, 0.17, 0.25), DVec3::new(-0.075, 0.09, 0.0));
     stage.0
 }
