@@ -94,8 +94,9 @@ pub struct Picture {
 /// UVs where those give every point a place of its own, else on a chart per triangle. Light is not reflected from one
 /// matt surface to another, and lights themselves are not seen.
 ///
-/// An eye may be inside a refractor, or behind an open one: then the way to what it sees is attenuated, and the picture
-/// is of the radiance in that medium, n^2 times what the same light would be outside.
+/// An eye may be inside a refractor, or behind an open one (under a water surface that a ray steeply upwards from it
+/// meets): then the way to what it sees is attenuated, and the picture is of the radiance in that medium, n^2 times what
+/// the same light would be outside.
 ///
 /// # Errors
 /// For scenes that break [`Scene::validate`]'s rules, without a camera, and for settings out of range.

@@ -94,14 +94,8 @@ fn spot(scene: &Scene, towards: DVec3, distance: f64) -> DVec3 {
     let (u, v) = (DVec3::Z, towards.cross(DVec3::Z).normalize());
     let half = 3.0;
     let centre = towards * distance;
-    let at = DMat4::from_cols(
-        (u * half).extend(0.0),
-        (-towards * half).extend(0.0),
-        (v * half).extend(0.0),
-        centre.extend(1.0),
-    );
     let mut stage = Stage(std::mem::take(&mut scene));
-    let receiver = stage.add(square(), matte(), at);
+    let receiver = stage.add(square(), matte(), panel(centre, u, -towards, half));
     let n = 256;
     let bake =
         baked(&stage.0, receiver, &spectral_reference::BakeSettings { bounces: 0, ..settings(n, 400_000) });

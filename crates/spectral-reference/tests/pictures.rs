@@ -7,8 +7,9 @@ use std::f64::consts::PI;
 use glam::{DMat4, DVec3};
 use spectral_core::light::LightSpectrum;
 use spectral_core::rgb::xyz_from_linear_srgb;
+use spectral_core::upsample::SmoothSpectrum;
 use spectral_reference::{Picture, ReferenceError, RenderSettings, render};
-use spectral_scene::{Attenuation, Camera, Material, Mesh, Scene};
+use spectral_scene::{Attenuation, Camera, LightShape, Material, Mesh, Scene};
 use stage::*;
 
 /// A camera at (x, 3, z) that looks straight down, +x to the right and -z up, at a square of half side 0.5 on y = 0.
@@ -52,6 +53,92 @@ fn a_wall_in_plain_light_has_its_luminance_and_colour() {
     for (c, xyz) in xyz_from_linear_srgb(color).into_iter().enumerate() {
         assert_close(average(&picture, c), 0.8 * 500.0 * xyz / PI, 2e-3, &format!("channel {c}"));
     }
+}
+
+/// A mirror shows what an eye on its other side would see without it, at each wavelength's share.
+#[test]
+fn mirrors_show_what_they_reflect() {
+    let copper = [0.95, 0.64, 0.54];
+    let f0 = |nm: f64| SmoothSpectrum::reflectance(copper).at(nm);
+    for lambda_nm in [460.0, 620.0] {
+        // A lit ceiling above the eye, seen in the floor; the sun comes from below, beside the floor.
+        let mut stage = Stage::new();
+        stage.add(square(), metal(copper), placed([0.0; 3], [0.6; 3]));
+        stage.add(square(), matte(), panel(DVec3::Y * 4.0, DVec3::X, DVec3::NEG_Y, 3.0));
+        stage.light(
+            LightShape::Spot {
+                position_m: DVec3::new(0.0, 2.0, 9.0),
+                direction: DVec3::new(0.0, 2.0, -9.0).normalize(),
+                inner_cone_rad: 0.3,
+                outer_cone_rad: 0.4,
+                range_m: None,
+            },
+            1000.0,
+        );
+        stage.0.lights[0].spectrum = LightSpectrum::line(lambda_nm).unwrap();
+        stage.0.cameras.push(camera(0.0, 0.0));
+        let mirrored = pictured(&stage.0, &request(1));
+        // The same eye turned round, as far behind the mirror as it was before it, without the mirror.
+        stage.0.objects.remove(0);
+        let from_below = DMat4::from_translation(DVec3::Y * -3.0) * DMat4::from_rotation_x(PI / 2.0);
+        stage.0.cameras[0].world_from_camera = from_below;
+        let plain = pictured(&stage.0, &request(1));
+        let [width, height] = [24, 24];
+        for pixel in 0..width * height {
+            let (column, row) = (pixel % width, pixel / width);
+            let seen = f64::from(mirrored.xyz[pixel][1]);
+            // A mirror turns one axis round.
+            let expected = f0(lambda_nm) * f64::from(plain.xyz[(height - 1 - row) * width + column][1]);
+            assert!(expected > 0.0, "lit");
+            assert!(
+                (seen / expected - 1.0).abs() < 0.02,
+                "{lambda_nm} nm, {column} {row}: {seen}, {expected}"
+            );
+        }
+    }
+}
+
+/// An eye in water sees the floor through the water between, and what is outside with the square of the index.
+#[test]
+fn an_eye_under_water_sees_the_radiance_in_water() {
+    let (n, kept) = (1.33, 0.6_f64);
+    let reflected = ((n - 1.0) / (n + 1.0_f64)).powi(2);
+    let water =
+        || Material { attenuation: Some(Attenuation { color: [kept; 3], distance_m: 1.0 }), ..glass(n) };
+    // The eye is 3 m above the floor, 2 m below the surface; the sun stands in the zenith.
+    let mut stage = Stage::new();
+    stage.floor([0.0, 0.0], 2.0, 0.0);
+    stage.add(square(), water(), placed([0.0, 5.0, 0.0], [4.0; 3]));
+    stage.sun([0.0, -1.0, 0.0]);
+    stage.0.cameras.push(camera(0.0, 0.0));
+    let picture = pictured(&stage.0, &RenderSettings { bake_size: [8, 8], ..request(400_000) });
+    let illuminance = (1.0 - reflected) * kept.powi(5);
+    // The middle is nearest: rays to the corners are longer by 2.7 %.
+    let middle = f64::from(picture.xyz[12 * 24 + 12][1]);
+    assert_close(middle, illuminance / PI * kept.powi(3), 1e-2, "the floor through 3 m of water");
+
+    // Looking up, through 2 m of water, at a ceiling in plain light.
+    let mut stage = Stage::new();
+    stage.add(square(), matte(), panel(DVec3::Y * 8.0, DVec3::X, DVec3::NEG_Y, 1.0));
+    stage.add(square(), water(), placed([0.0, 5.0, 0.0], [2.0; 3]));
+    let spot_m = DVec3::new(0.0, 7.0, 5.0);
+    stage.light(
+        LightShape::Spot {
+            position_m: spot_m,
+            direction: (DVec3::Y * 8.0 - spot_m).normalize(),
+            inner_cone_rad: 0.05,
+            outer_cone_rad: 0.1,
+            range_m: None,
+        },
+        100.0,
+    );
+    let up = DMat4::from_translation(DVec3::Y * 3.0) * DMat4::from_rotation_x(PI / 2.0);
+    stage.0.cameras.push(Camera { world_from_camera: up, yfov_rad: 0.01, ..camera(0.0, 0.0) });
+    let picture = pictured(&stage.0, &request(100_000));
+    let squared = spot_m.distance_squared(DVec3::Y * 8.0);
+    let illuminance = 100.0 / squared * (1.0 / squared.sqrt());
+    let expected = illuminance / PI * (1.0 - reflected) * n * n * kept.powi(2);
+    assert_close(average(&picture, 1), expected, 1e-2, "the ceiling through 2 m of water");
 }
 
 /// Row 0 is the top, column 0 the left.

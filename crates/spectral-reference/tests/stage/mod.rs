@@ -116,6 +116,17 @@ pub(crate) fn glass(n: f64) -> Material {
     Material { name: "glass".into(), transmission: 1.0, dispersion: Dispersion::Constant { n }, ..matte() }
 }
 
+/// A mirror.
+pub(crate) fn metal(base_color: [f64; 3]) -> Material {
+    Material { name: "metal".into(), base_color, metallic: 1.0, roughness: 0.0, ..matte() }
+}
+
+/// Makes [`square`] a panel: u along `u`, front to `normal`.
+pub(crate) fn panel(centre: DVec3, u: DVec3, normal: DVec3, half: f64) -> DMat4 {
+    let columns = [u, normal, u.cross(normal)].map(|axis| (axis * half).extend(0.0));
+    DMat4::from_cols(columns[0], columns[1], columns[2], centre.extend(1.0))
+}
+
 /// Scaled by half extents, then moved.
 pub(crate) fn placed(centre: [f64; 3], half: [f64; 3]) -> DMat4 {
     DMat4::from_translation(DVec3::from(centre)) * DMat4::from_scale(DVec3::from(half))
