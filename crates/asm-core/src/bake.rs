@@ -12,6 +12,7 @@ use crate::decisions::Output;
 use crate::lights::{Purpose, Receivers};
 use crate::passes::receiver_bake::ReceiverBake;
 use crate::passes::uv_visibility::UvVisibility;
+use crate::planner::GeometryCache;
 use crate::resources::cleared;
 use crate::statistics::{Books, Statistics};
 use crate::update::update;
@@ -47,6 +48,18 @@ pub fn bake_plan(
     settings: &Settings,
     limits: &Limits,
 ) -> Result<BakePlan, PlanError> {
+    plan(&mut GeometryCache::default(), scene, receiver, size, settings, limits)
+}
+
+/// As [`bake_plan`], with what `cache` has kept.
+pub(crate) fn plan(
+    cache: &mut GeometryCache,
+    scene: &Scene,
+    receiver: usize,
+    size: [u32; 2],
+    settings: &Settings,
+    limits: &Limits,
+) -> Result<BakePlan, PlanError> {
     scene.validate()?;
     settings.check()?;
     let receiver_name = check_receiver(scene, receiver)?;
@@ -58,7 +71,7 @@ pub fn bake_plan(
         map_size: settings.map_size.unwrap_or(size[0].max(size[1]).clamp(least, most)),
         camera: None,
     };
-    let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
+    let mut caustics = Caustics::new(cache, scene, settings, limits, &purpose)?;
     caustics.decide(&Output::Bake { receiver: &receiver_name });
     let texels = u64::from(size[0]) * u64::from(size[1]);
     // Texels are means: as fine as the map, lest they miss what lies between. Fewer samples where the texture that holds them

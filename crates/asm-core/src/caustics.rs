@@ -5,6 +5,7 @@
 //! as floats. Lights run one after the other and share textures and map, so memory does not grow with their number.
 
 use std::rc::Rc;
+use std::sync::Arc;
 
 use frame_plan::{Bound, Limits, PassStep, ResourceId, Step, Targets, TextureFormat};
 use glam::DVec3;
@@ -21,6 +22,7 @@ use crate::passes::photon_trace::{
     Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, PhotonTrace,
 };
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
+use crate::planner::GeometryCache;
 use crate::resources::{Resources, cleared};
 use crate::shared::exit_search::Optics;
 use crate::shared::flux::QUANTUM;
@@ -48,7 +50,7 @@ pub(crate) struct Caustics<'a> {
     pub(crate) scene: &'a Scene,
     pub(crate) settings: &'a Settings,
     pub(crate) space: WorkingSpace,
-    pub(crate) geometry: Geometry,
+    pub(crate) geometry: Arc<Geometry>,
     pub(crate) resources: Resources<'a>,
     pub(crate) triangles: ResourceId,
     pub(crate) views: ResourceId,
@@ -78,6 +80,7 @@ struct Shared {
 
 impl<'a> Caustics<'a> {
     pub(crate) fn new(
+        cache: &mut GeometryCache,
         scene: &'a Scene,
         settings: &'a Settings,
         limits: &'a Limits,
@@ -89,7 +92,7 @@ impl<'a> Caustics<'a> {
             Receivers::Object(object) => Some(object),
             Receivers::Opaque => None,
         };
-        let geometry = Geometry::new(scene, &space, receiver)?;
+        let geometry = cache.geometry(scene, &space, receiver)?;
         let glasses = Glass::of(scene);
         let (setups, mut views) =
             light_setups(scene, settings, &effects, &space, &geometry, purpose, &glasses)?;

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use glam::{DVec3, Vec2, Vec3};
-use spectral_scene::Scene;
+use spectral_scene::{Scene, Topology};
 
 use crate::shared::triangle::{TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle};
 use crate::{PlanError, WorkingSpace};
@@ -31,6 +31,7 @@ impl Geometry {
         scene: &Scene,
         space: &WorkingSpace,
         receiver: Option<usize>,
+        topology: &mut dyn FnMut(usize) -> Topology,
     ) -> Result<Self, PlanError> {
         let mut geometry = Self {
             triangles: Vec::new(),
@@ -41,11 +42,11 @@ impl Geometry {
             open: Vec::new(),
         };
         for object in scene.opaque() {
-            geometry.add(scene, space, object, receiver == Some(object));
+            geometry.add(scene, space, object, receiver == Some(object), None);
         }
         geometry.opaque = geometry.triangles.len() as u32;
         for object in scene.refractors() {
-            geometry.add(scene, space, object, false);
+            geometry.add(scene, space, object, false, Some(topology(object)));
         }
         let got = geometry.triangles.len();
         if got >= MAX_TRIANGLES {
@@ -54,17 +55,23 @@ impl Geometry {
         Ok(geometry)
     }
 
-    fn add(&mut self, scene: &Scene, space: &WorkingSpace, object: usize, with_uvs: bool) {
+    /// Refractors come with their topology.
+    fn add(
+        &mut self,
+        scene: &Scene,
+        space: &WorkingSpace,
+        object: usize,
+        with_uvs: bool,
+        topology: Option<Topology>,
+    ) {
         let first = self.triangles.len() as u32;
-        let material = scene.material_of(object);
         let mesh = &scene.meshes[scene.objects[object].mesh];
         let world = scene.world_mesh(object);
         let positions: Vec<Vec3> = world.positions.iter().map(|&p| space.point(p)).collect();
         let mut flags = 0;
         let mut inside_out = false;
-        if material.is_refractor() {
+        if let Some(topology) = topology {
             flags |= TRIANGLE_REFRACTS;
-            let topology = scene.topology(object);
             inside_out = topology.inside_out;
             if inside_out {
                 self.turned.push(object);

@@ -14,11 +14,14 @@ mod decisions;
 pub mod display;
 mod emission;
 mod error;
+mod flicker;
 mod gaps;
 mod geometry;
 mod glass_view;
 mod lights;
+pub mod moving;
 pub mod passes;
+mod planner;
 mod render;
 mod renderer;
 mod resources;
@@ -31,7 +34,9 @@ mod view_fit;
 
 pub use bake::{BakePlan, bake_plan};
 pub use error::PlanError;
+pub use flicker::{Flicker, FlickerMeter};
 pub use passes::PASSES;
+pub use planner::Planner;
 pub use render::{Picture, RenderPlan, render_plan};
 pub use renderer::{AsmError, AsmRenderer, Updated};
 pub use settings::{

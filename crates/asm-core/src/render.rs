@@ -13,6 +13,7 @@ use crate::glass_view::{BACKGROUND_BYTES, CameraBuffers};
 use crate::lights::{Purpose, REACH, Receivers};
 use crate::passes::shade::{Shade, Surface};
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
+use crate::planner::GeometryCache;
 use crate::statistics::{Books, Statistics};
 use crate::update::{structure_change, update, write_changes};
 use crate::view_fit::camera_view;
@@ -57,6 +58,18 @@ pub fn render_plan(
     settings: &Settings,
     limits: &Limits,
 ) -> Result<RenderPlan, PlanError> {
+    plan(&mut GeometryCache::default(), scene, camera, size, settings, limits)
+}
+
+/// As [`render_plan`], with what `cache` has kept.
+pub(crate) fn plan(
+    cache: &mut GeometryCache,
+    scene: &Scene,
+    camera: usize,
+    size: [u32; 2],
+    settings: &Settings,
+    limits: &Limits,
+) -> Result<RenderPlan, PlanError> {
     scene.validate()?;
     settings.check()?;
     check_size(size)?;
@@ -83,7 +96,7 @@ pub fn render_plan(
         map_size: settings.map_size.unwrap_or(DEFAULT_MAP_SIZES.0),
         camera: Some(camera_view(seen_by, UVec2::from(sampled), &space, REACH)),
     };
-    let mut caustics = Caustics::new(scene, settings, limits, &purpose)?;
+    let mut caustics = Caustics::new(cache, scene, settings, limits, &purpose)?;
     let bends = bends && caustics.lights() > 0;
     let thickness = glass && (bends || effects.absorption.on || !settings.prune);
     caustics.decide(&Output::Picture(CameraGlass { drawn: glass, backs: thickness, bends }));

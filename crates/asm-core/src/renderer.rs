@@ -3,7 +3,7 @@
 use frame_plan::{ExecuteError, Executor};
 use spectral_scene::{IrradianceMaps, Scene};
 
-use crate::{Picture, PlanError, RenderPlan, Settings, Statistics, bake_plan, render_plan};
+use crate::{Picture, PlanError, Planner, RenderPlan, Settings, Statistics, UpdateError};
 
 /// Makes this crate's plans and runs them on an executor that was made with this crate's passes.
 ///
@@ -12,6 +12,7 @@ use crate::{Picture, PlanError, RenderPlan, Settings, Statistics, bake_plan, ren
 /// `DisplayPass` records it and brings it to a texture of the host's.
 pub struct AsmRenderer<E> {
     executor: E,
+    planner: Planner,
     prepared: Option<RenderPlan>,
 }
 
@@ -25,6 +26,9 @@ pub enum AsmError {
     /// The plan did not run.
     #[error(transparent)]
     Execute(#[from] ExecuteError),
+    /// The prepared plan could not be moved on.
+    #[error(transparent)]
+    Update(#[from] UpdateError),
 }
 
 /// How [`AsmRenderer::update`] brought the device to the next frame.
@@ -38,8 +42,9 @@ pub enum Updated {
 
 impl<E: Executor> AsmRenderer<E> {
     /// A renderer on an executor of [`crate::PASSES`].
-    pub const fn new(executor: E) -> Self {
-        Self { executor, prepared: None }
+    #[must_use]
+    pub fn new(executor: E) -> Self {
+        Self { executor, planner: Planner::default(), prepared: None }
     }
 
     /// The executor, for its device, limits and step times. A plan that is prepared on it directly takes the picture's place
@@ -64,7 +69,7 @@ impl<E: Executor> AsmRenderer<E> {
         size: [u32; 2],
         settings: &Settings,
     ) -> Result<(IrradianceMaps, Statistics), AsmError> {
-        let bake = bake_plan(scene, receiver, size, settings, &self.executor.limits())?;
+        let bake = self.planner.bake(scene, receiver, size, settings, &self.executor.limits())?;
         self.prepared = None;
         self.executor.prepare(&bake.plan)?;
         self.executor.execute()?;
@@ -98,7 +103,7 @@ impl<E: Executor> AsmRenderer<E> {
         size: [u32; 2],
         settings: &Settings,
     ) -> Result<(), AsmError> {
-        let render = render_plan(scene, camera, size, settings, &self.executor.limits())?;
+        let render = self.planner.render(scene, camera, size, settings, &self.executor.limits())?;
         self.take(render)
     }
 
@@ -122,7 +127,7 @@ impl<E: Executor> AsmRenderer<E> {
         size: [u32; 2],
         settings: &Settings,
     ) -> Result<Updated, AsmError> {
-        let next = render_plan(scene, camera, size, settings, &self.executor.limits())?;
+        let next = self.planner.render(scene, camera, size, settings, &self.executor.limits())?;
         match &mut self.prepared {
             Some(current) if current.has_structure_of(&next) => {
                 current.write_changes(&mut self.executor, next)?;
