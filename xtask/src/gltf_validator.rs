@@ -3,7 +3,6 @@
 //! Two files with known faults go in with the scenes and must be refused: a validator that accepts everything would
 //! be of no use.
 
-use std::env;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -12,27 +11,18 @@ use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 use xtask::subject::Subject;
 
+use crate::tool::Outcome;
 use crate::{paths, tool};
 
 /// The npm package, in the version that our files are known to pass.
 const PACKAGE: &str = "gltf-validator@2.0.0-dev.3.10";
-
-/// What came of it.
-pub(crate) enum Outcome {
-    /// No file of ours has an error or a warning; what the validator says.
-    Passed(String),
-    /// Some file has, or a broken one was accepted; what the validator says.
-    Failed(String),
-    /// The machine lacks what it takes.
-    Skipped(String),
-}
 
 /// Write every scene to `target/gltf` and validate the files.
 ///
 /// # Errors
 /// If a scene cannot be written.
 pub(crate) fn run() -> Result<Outcome> {
-    let [Some(node), Some(npm)] = ["node", "npm"].map(on_path) else {
+    let [Some(node), Some(npm)] = ["node", "npm"].map(tool::on_path) else {
         return Ok(Outcome::Skipped("node and npm are not both installed".into()));
     };
     let folder = paths::target().join("gltf-validator");
@@ -67,16 +57,6 @@ const FAULTS: [(&str, Fault); 2] = [
     ("broken-reference", |gltf| gltf["meshes"][0]["primitives"][0]["attributes"]["POSITION"] = 9999.into()),
     ("unexpected-property", |gltf| gltf["asset"]["wavelength"] = 550.into()),
 ];
-
-/// A program's path, if the shell would find it.
-fn on_path(program: &str) -> Option<PathBuf> {
-    // npm is a script on Windows.
-    let endings: &[&str] = if cfg!(windows) { &[".exe", ".cmd"] } else { &[""] };
-    let folders = env::var_os("PATH")?;
-    let candidates = env::split_paths(&folders)
-        .flat_map(|folder| endings.iter().map(move |ending| folder.join(format!("{program}{ending}"))));
-    candidates.into_iter().find(|path| path.is_file())
-}
 
 /// The validator in a folder of ours, from wherever the user's npm gets its packages.
 fn install(npm: &Path, folder: &Path) -> Result<()> {

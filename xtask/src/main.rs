@@ -1,13 +1,20 @@
 //! The project's own commands: `cargo xtask compare`, `test`, `driver` and `gallery`, one file or folder each.
 
+<<<<<<< HEAD
 mod bench;
+=======
+mod apt;
+>>>>>>> 3d3f429 (wip2)
 mod compare;
+mod display;
 mod driver;
 mod gallery;
 mod gltf_validator;
 mod paths;
 mod test;
 mod tool;
+mod unpacked;
+mod window_test;
 
 use std::process::ExitCode;
 

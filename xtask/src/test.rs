@@ -1,14 +1,15 @@
-//! `cargo xtask test`: every test of the workspace, with a Vulkan driver, and the Khronos validator over our glTF files.
+//! `cargo xtask test`: every test of the workspace, with a Vulkan driver, the window's under a virtual display, and the Khronos
+//! validator over our glTF files.
 
 use std::env;
 use std::ffi::OsString;
-use std::process::{Command, ExitCode, Stdio};
+use std::process::{ExitCode, Stdio};
 
 use anyhow::{Context, Result};
 
 use crate::driver::{self, Driver};
-use crate::gltf_validator::{self, Outcome};
-use crate::paths;
+use crate::tool::{Outcome, cargo};
+use crate::{gltf_validator, paths, window_test};
 
 /// Run every test, doc tests included, with nextest where it is installed, and validate every scene as glTF.
 #[derive(clap::Args)]
@@ -38,22 +39,27 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     let passed = tests_pass(args, &driver, require_all)?;
     // What was left out is said last, where it is read.
     println!("tests: {}", if passed { "passed" } else { "FAILED" });
-    let validated = match gltf_validator::run()? {
+    let shown = if args.runner.is_empty() {
+        window_test::run(&driver)?
+    } else {
+        Outcome::Skipped("only some tests were asked for".into())
+    };
+    let fine = [("window", shown), ("glTF files", gltf_validator::run()?)].map(|(what, outcome)| match outcome {
         Outcome::Passed(said) => {
-            println!("glTF files: valid; {said}");
+            println!("{what}: passed; {said}");
             true
         }
         Outcome::Failed(said) => {
-            println!("glTF files: INVALID\n{said}");
+            println!("{what}: FAILED\n{said}");
             false
         }
         // No failure in CI either: what runs the tests needs Rust and nothing else.
         Outcome::Skipped(reason) => {
-            println!("glTF files: SKIPPED, NOT VALIDATED: {reason}");
+            println!("{what}: SKIPPED, NOT TESTED: {reason}");
             true
         }
-    };
-    Ok(if passed && validated { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+    });
+    Ok(if passed && fine == [true; 2] { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 
 /// Run cargo's tests with the driver.
@@ -66,7 +72,11 @@ fn tests_pass(args: &Args, driver: &Driver, require_all: bool) -> Result<bool> {
     };
     for (i, arguments) in runs.iter().enumerate() {
         let extra = if i == 0 { args.runner.as_slice() } else { &[] };
-        let mut command = cargo(driver);
+        let mut command = cargo();
+        command
+            .current_dir(paths::workspace_root())
+            .envs(driver.environment.iter().map(|(name, value)| (name, value)))
+            .stdin(Stdio::null());
         if require_all {
             command.env_remove("SPECTRAL_ALLOW_SKIP");
         } else if driver.adapters.is_empty() {
@@ -85,17 +95,8 @@ pub(crate) fn runs_in_ci() -> bool {
     env::var_os("CI").is_some_and(|value| value == "true" || value == "1")
 }
 
-fn cargo(driver: &Driver) -> Command {
-    let mut command = Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    command
-        .current_dir(paths::workspace_root())
-        .envs(driver.environment.iter().map(|(name, value)| (name, value)))
-        .stdin(Stdio::null());
-    command
-}
-
 fn has_nextest() -> bool {
-    Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+    cargo()
         .args(["nextest", "--version"])
         .stdout(Stdio::null())
         .stderr(Stdio::null())

@@ -1,8 +1,35 @@
 //! Programs that other people wrote.
 
+use std::env;
+use std::path::PathBuf;
 use std::process::Command;
 
 use anyhow::{Result, anyhow, bail};
+
+/// What came of a check that other people's programs are needed for.
+pub(crate) enum Outcome {
+    /// Nothing was wrong; what was said about it.
+    Passed(String),
+    /// Something was; what.
+    Failed(String),
+    /// The machine lacks what it takes; what.
+    Skipped(String),
+}
+
+/// A program's path, if the shell would find it.
+pub(crate) fn on_path(program: &str) -> Option<PathBuf> {
+    // npm is a script on Windows.
+    let endings: &[&str] = if cfg!(windows) { &[".exe", ".cmd"] } else { &[""] };
+    let folders = env::var_os("PATH")?;
+    let candidates = env::split_paths(&folders)
+        .flat_map(|folder| endings.iter().map(move |ending| folder.join(format!("{program}{ending}"))));
+    candidates.into_iter().find(|path| path.is_file())
+}
+
+/// The cargo that runs this program.
+pub(crate) fn cargo() -> Command {
+    Command::new(env::var_os("CARGO").unwrap_or_else(|| "cargo".into()))
+}
 
 /// Run a tool to its end and return what it printed.
 ///

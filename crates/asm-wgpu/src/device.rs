@@ -17,6 +17,25 @@ const OPTIONAL_FEATURES: wgpu::Features = wgpu::Features::TIMESTAMP_QUERY
     .union(wgpu::Features::FLOAT32_BLENDABLE)
     .union(wgpu::Features::INDIRECT_FIRST_INSTANCE);
 
+/// What a device is asked for so that plans run on it as well as `adapter` can: its sizes, and the features that are used where
+/// there are any. For hosts that make their device themselves.
+#[must_use]
+pub fn device_descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
+    let can = adapter.limits();
+    wgpu::DeviceDescriptor {
+        label: Some("frame plan"),
+        required_features: adapter.features() & OPTIONAL_FEATURES,
+        required_limits: wgpu::Limits {
+            max_texture_dimension_2d: can.max_texture_dimension_2d,
+            max_buffer_size: can.max_buffer_size,
+            max_storage_buffer_binding_size: can.max_storage_buffer_binding_size,
+            max_compute_workgroups_per_dimension: can.max_compute_workgroups_per_dimension,
+            ..wgpu::Limits::default()
+        },
+        ..wgpu::DeviceDescriptor::default()
+    }
+}
+
 /// Device and queue, ours or a host's.
 pub(crate) struct Gpu {
     pub(crate) device: wgpu::Device,
@@ -31,20 +50,8 @@ pub(crate) struct Gpu {
 impl Gpu {
     /// Open a device of our own.
     pub(crate) fn open(adapter: &wgpu::Adapter) -> Result<Self, ExecuteError> {
-        let can = adapter.limits();
-        let (device, queue) = block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-            label: Some("frame plan"),
-            required_features: adapter.features() & OPTIONAL_FEATURES,
-            required_limits: wgpu::Limits {
-                max_texture_dimension_2d: can.max_texture_dimension_2d,
-                max_buffer_size: can.max_buffer_size,
-                max_storage_buffer_binding_size: can.max_storage_buffer_binding_size,
-                max_compute_workgroups_per_dimension: can.max_compute_workgroups_per_dimension,
-                ..wgpu::Limits::default()
-            },
-            ..wgpu::DeviceDescriptor::default()
-        }))
-        .map_err(|e| ExecuteError::NoDevice { executor: EXECUTOR, reason: one_line(&e.to_string()) })?;
+        let (device, queue) = block_on(adapter.request_device(&device_descriptor(adapter)))
+            .map_err(|e| ExecuteError::NoDevice { executor: EXECUTOR, reason: one_line(&e.to_string()) })?;
         let gpu = Self::of_host(device, queue);
         let failure = Arc::clone(&gpu.failure);
         gpu.device.on_uncaptured_error(Arc::new(move |error| note(&failure, one_line(&error.to_string()))));

@@ -25,6 +25,7 @@ mod timing;
 mod upload;
 
 pub use adapter::{WgpuOptions, adapters};
+pub use device::device_descriptor;
 pub use display::DisplayPass;
 pub use executor::WgpuExecutor;
 pub use wgpu;

@@ -10,6 +10,7 @@ use spectral_core::wavelengths::Scheme;
 
 use crate::choices::{Backend, Gaps, Glass, Method, Refraction, Rule};
 use crate::values::{self, Exposure, Size, WavelengthRange};
+use crate::view::ViewArgs;
 
 /// Texels of a bake if nothing else is said.
 pub(crate) const DEFAULT_BAKE_SIZE: Size = Size { width: 256, height: 256 };
@@ -41,6 +42,8 @@ pub(crate) enum Command {
     Devices(DevicesArgs),
     /// Write a scene as glTF.
     Export(ExportArgs),
+    /// Show a scene in a window: orbit, drag the lamp, move the glass, switch methods.
+    View(ViewArgs),
 }
 
 #[derive(Debug, Args)]
@@ -166,7 +169,7 @@ pub(crate) struct PlanArgs {
 }
 
 /// Options of the methods that run plans.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 pub(crate) struct PlanOptions {
     /// Levels of adaptive photon emission, 0 for a fixed grid [default: the method's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8), allow_negative_numbers = true)]

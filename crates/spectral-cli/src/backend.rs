@@ -47,7 +47,10 @@ pub(crate) fn choose(run: &RunArgs) -> Result<Chosen, CliError> {
 }
 
 /// Why `auto` takes wgpu on a machine with these adapters, or why it does not.
-pub(crate) fn auto(adapters: &[DeviceInfo]) -> Result<String, String> {
+///
+/// # Errors
+/// The reason to take the CPU.
+pub fn auto(adapters: &[DeviceInfo]) -> Result<String, String> {
     let software = |adapter: &&DeviceInfo| adapter.device_type == DeviceType::Cpu;
     match (adapters.iter().find(|a| !software(a)), adapters.first()) {
         (Some(gpu), _) => Ok(format!("wgpu has a GPU, {}", gpu.device)),
@@ -63,8 +66,11 @@ pub(crate) fn wgpu(adapter: Option<String>) -> Result<WgpuExecutor, String> {
     WgpuExecutor::new(PASSES, &WgpuOptions { adapter }).map_err(|error| error.to_string())
 }
 
-/// The Vulkan executor on the adapter of that name, or on the best one; or why there is none.
-pub(crate) fn vulkan(adapter: Option<String>) -> Result<VulkanExecutor, String> {
+/// The Vulkan executor on the adapter of that name, or on the best one. Compiled pipelines are kept in the user's cache folder.
+///
+/// # Errors
+/// Why there is none.
+pub fn vulkan(adapter: Option<String>) -> Result<VulkanExecutor, String> {
     let options = VulkanOptions { adapter, pipeline_cache: cache_folder(), ..VulkanOptions::default() };
     VulkanExecutor::new(ASM_PASSES, &options).map_err(|error| error.to_string())
 }

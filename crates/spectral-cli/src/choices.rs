@@ -8,7 +8,7 @@ use serde::Serialize;
 /// How light is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Method {
+pub enum Method {
     /// The f64 oracle.
     Reference,
     /// Caustics mapping (Shah, Konttinen & Pattanaik).
@@ -21,10 +21,11 @@ pub(crate) enum Method {
 
 impl Method {
     /// All that are built.
-    pub(crate) const ALL: [Self; 4] = [Self::Reference, Self::CausticsMap, Self::Acm, Self::Asm];
+    pub const ALL: [Self; 4] = [Self::Reference, Self::CausticsMap, Self::Acm, Self::Asm];
 
     /// The method of plans; the reference has none.
-    pub(crate) fn planned(self) -> Option<asm_core::Method> {
+    #[must_use]
+    pub fn planned(self) -> Option<asm_core::Method> {
         match self {
             Self::Reference => None,
             Self::CausticsMap => Some(asm_core::Method::CausticsMap),
@@ -34,7 +35,8 @@ impl Method {
     }
 
     /// Its name on the command line.
-    pub(crate) fn name(self) -> &'static str {
+    #[must_use]
+    pub fn name(self) -> &'static str {
         match self {
             Self::Reference => "reference",
             Self::CausticsMap => "caustics-map",
@@ -55,7 +57,7 @@ impl FromStr for Method {
 /// What runs a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Backend {
+pub enum Backend {
     /// wgpu on a real GPU, else the CPU.
     Auto,
     /// The CPU executor.
@@ -108,17 +110,19 @@ impl FromStr for Refraction {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Gaps(pub(crate) GapFilling);
 
+/// The rules of gap filling by their names on the command line.
+pub const GAP_FILLINGS: [(&str, GapFilling); 4] = [
+    ("none", GapFilling::None),
+    ("paper", GapFilling::Paper),
+    ("paper-literal", GapFilling::PaperLiteral),
+    ("disc", GapFilling::Disc),
+];
+
 impl FromStr for Gaps {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let built = [
-            ("none", GapFilling::None),
-            ("paper", GapFilling::Paper),
-            ("paper-literal", GapFilling::PaperLiteral),
-            ("disc", GapFilling::Disc),
-        ];
-        choose(text, &built, &[]).map(Self)
+        choose(text, &GAP_FILLINGS, &[]).map(Self)
     }
 }
 

@@ -1,10 +1,11 @@
 //! The `spectral` program: scenes in; wavelength sets, baked irradiance, pictures and plans out.
 //!
 //! [`run`] is the whole program. [`output`] writes its files and is public so that reports can write the same ones;
-//! [`values`] parses the command line's values.
+//! [`values`] parses the command line's values. The window of `spectral view` is a program of its own, which takes its
+//! [`view::ViewArgs`], its scenes and its ways to fail from here.
 
 mod args;
-mod backend;
+pub mod backend;
 mod bake;
 mod caustics;
 mod choices;
@@ -14,7 +15,7 @@ mod export;
 mod matrices;
 mod messages;
 pub mod output;
-mod picture;
+pub mod picture;
 mod plan;
 mod progress;
 mod reference;
@@ -24,14 +25,17 @@ mod scene_argument;
 mod stats;
 mod targets;
 pub mod values;
+pub mod view;
 
 use std::ffi::OsString;
 use std::process::ExitCode;
 
+use clap::Parser;
 use clap::error::ErrorKind;
-use clap::{CommandFactory, Parser};
 
+pub use choices::{Backend, GAP_FILLINGS, Method};
 pub use error::CliError;
+pub use scene_argument::{Opened, open};
 
 use args::{Cli, Command};
 
@@ -42,18 +46,29 @@ const BAD_USAGE: u8 = 2;
 #[must_use]
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args: Vec<OsString> = args.into_iter().collect();
-    let cli = match Cli::try_parse_from(&args) {
+    run_program(&args, |cli: &Cli| dispatch(&cli.command, &args))
+}
+
+/// Run a program with the command line `P`: what its `work` returns, 1 if that failed, 2 for bad usage. Failures are one or two
+/// lines on standard error.
+#[must_use]
+pub fn run_program<P: Parser>(
+    args: &[OsString],
+    work: impl FnOnce(&P) -> Result<ExitCode, CliError>,
+) -> ExitCode {
+    let cli = match P::try_parse_from(args) {
         Ok(cli) => cli,
-        Err(error) => return report_parse_error(&error, args.get(1)),
+        Err(error) => return report_parse_error::<P>(&error, args.get(1)),
     };
-    match dispatch(&cli.command) {
-        Ok(()) | Err(CliError::OutputClosed) => ExitCode::SUCCESS,
+    match work(&cli) {
+        Ok(status) => status,
+        Err(CliError::OutputClosed) => ExitCode::SUCCESS,
         Err(error @ CliError::Usage(_)) => report(&error, BAD_USAGE),
         Err(error @ CliError::Failed(_)) => report(&error, 1),
     }
 }
 
-fn dispatch(command: &Command) -> Result<(), CliError> {
+fn dispatch(command: &Command, arguments: &[OsString]) -> Result<ExitCode, CliError> {
     match command {
         Command::Matrices(args) => matrices::run(args),
         Command::Bake(args) => bake::run(args),
@@ -61,7 +76,9 @@ fn dispatch(command: &Command) -> Result<(), CliError> {
         Command::Export(args) => export::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Render(args) => render::run(args),
+        Command::View(_) => return view::start(&arguments[2..]),
     }
+    .map(|()| ExitCode::SUCCESS)
 }
 
 fn report(error: &CliError, status: u8) -> ExitCode {
@@ -70,7 +87,7 @@ fn report(error: &CliError, status: u8) -> ExitCode {
 }
 
 /// Help and version as clap prints them; errors as one line, and a second that says where to read on.
-fn report_parse_error(error: &clap::Error, command: Option<&OsString>) -> ExitCode {
+fn report_parse_error<P: Parser>(error: &clap::Error, command: Option<&OsString>) -> ExitCode {
     match error.kind() {
         ErrorKind::DisplayHelp | ErrorKind::DisplayVersion => {
             let _ = error.print();
@@ -90,9 +107,11 @@ fn report_parse_error(error: &clap::Error, command: Option<&OsString>) -> ExitCo
         .filter(|line| !line.is_empty())
         .collect::<Vec<_>>()
         .join(" ");
+    let program = P::command();
     let command =
-        command.and_then(|name| name.to_str()).filter(|name| Cli::command().find_subcommand(name).is_some());
-    let help = command.map_or_else(|| "spectral --help".into(), |name| format!("spectral {name} --help"));
+        command.and_then(|name| name.to_str()).filter(|name| program.find_subcommand(name).is_some());
+    let words: Vec<&str> = [program.get_name()].into_iter().chain(command).chain(["--help"]).collect();
+    let help = words.join(" ");
     messages::complain(&format!("{problem}\nsee: {help}"));
     ExitCode::from(BAD_USAGE)
 }

@@ -12,19 +12,33 @@ pub(crate) struct Picture {
     pub(crate) xyz: Vec<[f32; 3]>,
 }
 
+/// The exposure that brings the 99th percentile of Y to display white; the largest Y if that percentile is dark; 1 for a
+/// black picture.
+#[must_use]
+pub fn auto_exposure(xyz: &[[f32; 3]]) -> f64 {
+    match white_y(xyz) {
+        y if y > 0.0 => 1.0 / y,
+        _ => 1.0,
+    }
+}
+
+fn white_y(xyz: &[[f32; 3]]) -> f64 {
+    let mut y: Vec<f32> = xyz.iter().map(|xyz| xyz[1]).collect();
+    let Some(last) = y.len().checked_sub(1) else { return 0.0 };
+    let (_, percentile, above) =
+        y.select_nth_unstable_by((last as f64 * AUTO_QUANTILE).round() as usize, f32::total_cmp);
+    if *percentile > 0.0 { f64::from(*percentile) } else { above.iter().copied().fold(0.0, f32::max).into() }
+}
+
 /// The share of pixels that auto exposure keeps at or below display white.
 const AUTO_QUANTILE: f64 = 0.99;
 
 impl Picture {
-    /// Exposure and tone map. Auto exposure is 1 / the 99th percentile of Y; 1 / the largest Y if that percentile is
-    /// dark; 1 for a black picture.
+    /// Exposure and tone map.
     pub(crate) fn display(&self, exposure: Exposure) -> Display {
         let exposure = match exposure {
             Exposure::Factor(factor) => factor,
-            Exposure::Auto => match self.white_y() {
-                y if y > 0.0 => 1.0 / y,
-                _ => 1.0,
-            },
+            Exposure::Auto => auto_exposure(&self.xyz),
         };
         Display { exposure, ..Display::default() }
     }
@@ -39,18 +53,6 @@ impl Picture {
             wrong => Err(CliError::Failed(format!(
                 "{wrong} pixels are not finite, nothing is written: are the scene's lights too strong or too near?"
             ))),
-        }
-    }
-
-    fn white_y(&self) -> f64 {
-        let mut y: Vec<f32> = self.xyz.iter().map(|xyz| xyz[1]).collect();
-        let Some(last) = y.len().checked_sub(1) else { return 0.0 };
-        let (_, percentile, above) =
-            y.select_nth_unstable_by((last as f64 * AUTO_QUANTILE).round() as usize, f32::total_cmp);
-        if *percentile > 0.0 {
-            f64::from(*percentile)
-        } else {
-            above.iter().copied().fold(0.0, f32::max).into()
         }
     }
 

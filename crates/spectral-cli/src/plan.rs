@@ -43,12 +43,7 @@ struct ResourceSummary {
 }
 
 pub(crate) fn run(args: &PlanArgs) -> Result<(), CliError> {
-    let Some(method) = args.method.planned() else {
-        let problem =
-            "--method reference has no plan, it traces the scene itself; there is: caustics-map, acm, asm";
-        return Err(CliError::Usage(problem.into()));
-    };
-    let settings = args.plan.settings(method, args.wavelengths);
+    let settings = args.plan.settings(args.method.of_plan()?, args.wavelengths);
     let opened = scene_argument::open(&args.scene)?;
     let scene = &opened.scene;
     let limits = CpuExecutor::new(PASSES, None).map_err(CliError::failed)?.limits();

@@ -17,6 +17,18 @@ impl Method {
         }
     }
 
+    /// The method of plans that it is.
+    ///
+    /// # Errors
+    /// A usage error for the reference.
+    pub(crate) fn of_plan(self) -> Result<asm_core::Method, CliError> {
+        self.planned().ok_or_else(|| {
+            let problem =
+                "--method reference has no plan, it traces the scene itself; there is: caustics-map, acm, asm";
+            CliError::Usage(problem.into())
+        })
+    }
+
     /// Names of the methods that have this way through glass.
     fn with(refraction: Refraction) -> Vec<&'static str> {
         Self::ALL.into_iter().filter(|m| m.refraction() == refraction).map(Self::name).collect()

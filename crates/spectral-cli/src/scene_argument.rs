@@ -6,16 +6,18 @@ use crate::error::CliError;
 use crate::messages;
 
 /// A scene and what its file says that we do not do.
-pub(crate) struct Opened {
-    pub(crate) scene: Scene,
-    pub(crate) warnings: Vec<String>,
+pub struct Opened {
+    /// The scene.
+    pub scene: Scene,
+    /// What was ignored, a sentence each.
+    pub warnings: Vec<String>,
 }
 
 /// Open a bundled scene or a file, with warnings on standard error.
 ///
 /// # Errors
 /// A usage error if there is no such scene; a failure if its file is wrong.
-pub(crate) fn open(argument: &str) -> Result<Opened, CliError> {
+pub fn open(argument: &str) -> Result<Opened, CliError> {
     let (scene, warnings) = spectral_scene::open(argument).map_err(|error| match error {
         OpenError::NoSuchScene { .. } => CliError::usage(error),
         _ => CliError::failed(error),

@@ -16,18 +16,23 @@ pub(crate) enum ImageFormat {
 
 /// The file of `render`, by its extension.
 pub(crate) fn picture(path: &Path) -> Result<(AtomicFile, ImageFormat), CliError> {
-    let (file, format) = with_extension(path, &["exr", "png"])?;
+    let (file, format) = with_extension("--output", path, &["exr", "png"])?;
     Ok((file, [ImageFormat::Exr, ImageFormat::Png][format]))
 }
 
 /// The file of `bake`.
 pub(crate) fn exr(path: &Path) -> Result<AtomicFile, CliError> {
-    Ok(with_extension(path, &["exr"])?.0)
+    Ok(with_extension("--output", path, &["exr"])?.0)
 }
 
 /// The file of `export`.
 pub(crate) fn glb(path: &Path) -> Result<AtomicFile, CliError> {
-    Ok(with_extension(path, &["glb"])?.0)
+    Ok(with_extension("--output", path, &["glb"])?.0)
+}
+
+/// A picture for the screen, by the option that names it.
+pub(crate) fn png(option: &str, path: &Path) -> Result<AtomicFile, CliError> {
+    Ok(with_extension(option, path, &["png"])?.0)
 }
 
 /// A file of any name.
@@ -46,7 +51,7 @@ pub(crate) fn stats(path: Option<&Path>, output: &AtomicFile) -> Result<Option<A
 }
 
 /// A writable file whose extension is one of `extensions`, and which. Devices have none and take the first.
-fn with_extension(path: &Path, extensions: &[&str]) -> Result<(AtomicFile, usize), CliError> {
+fn with_extension(option: &str, path: &Path, extensions: &[&str]) -> Result<(AtomicFile, usize), CliError> {
     let extension = path.extension().unwrap_or_default();
     if let Some(format) = extensions.iter().position(|e| extension.eq_ignore_ascii_case(e)) {
         return Ok((any(path)?, format));
@@ -56,7 +61,7 @@ fn with_extension(path: &Path, extensions: &[&str]) -> Result<(AtomicFile, usize
         _ => {
             let expected = extensions.iter().map(|e| format!(".{e}")).collect::<Vec<_>>().join(" or ");
             let problem =
-                format!("--output {}: expected the name of a file that ends in {expected}", path.display());
+                format!("{option} {}: expected the name of a file that ends in {expected}", path.display());
             Err(CliError::Usage(problem))
         }
     }

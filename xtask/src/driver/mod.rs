@@ -1,23 +1,22 @@
 //! `cargo xtask driver`: a Vulkan driver for `compare` and `test`, found or fetched, asking for nothing.
 //!
 //! The system's drivers come first. Where none loads, a private copy of a software driver goes into
-//! `target/driver`: Mesa's lavapipe through the distribution's own packages ([`apt`]), or SwiftShader
+//! `target/driver`: Mesa's lavapipe through the distribution's own packages ([`crate::apt`]), or SwiftShader
 //! through npm ([`npm`]). Whatever was found is tried in a child process before it counts, because the
 //! Vulkan loader reads its environment once and a broken driver may take its process down.
 
-mod apt;
 mod npm;
 mod private_copy;
 mod probe;
 
-use std::env;
-use std::ffi::OsString;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
 use anyhow::{Context, Result};
 
+use crate::apt::{self, Packages};
 use crate::paths;
+use crate::unpacked::Environment;
 use private_copy::PrivateCopy;
 
 /// What a machine without any driver is told.
@@ -37,9 +36,6 @@ pub(crate) struct Args {
     #[arg(long, hide = true)]
     probe: bool,
 }
-
-/// Environment variables for processes that use Vulkan.
-pub(crate) type Environment = Vec<(&'static str, OsString)>;
 
 /// What the machine has.
 pub(crate) struct Driver {
@@ -155,8 +151,12 @@ struct Source {
     fetch: fn(&Path) -> Result<()>,
 }
 
+/// What a Vulkan program needs: the software driver and the loader. Khronos' validation layer lets tests check every call.
+const LAVAPIPE: Packages =
+    Packages { wanted: &["mesa-vulkan-drivers", "libvulkan1"], welcome: &["vulkan-validationlayers"] };
+
 const SOURCES: [Source; 2] =
-    [Source { name: "lavapipe", fetch: apt::fetch }, Source { name: "swiftshader", fetch: npm::fetch }];
+    [Source { name: "lavapipe", fetch: |folder| apt::fetch(folder, &LAVAPIPE) }, Source { name: "swiftshader", fetch: npm::fetch }];
 
 impl Source {
     /// A new private copy.
@@ -172,12 +172,4 @@ impl Source {
     fn description(&self, copy: &PrivateCopy) -> String {
         format!("{}, private copy in {}", self.name, copy.root().display())
     }
-}
-
-/// `variable` with `first` in front of what the environment has.
-fn prepended(variable: &str, first: &[std::path::PathBuf]) -> OsString {
-    let inherited = env::var_os(variable).unwrap_or_default();
-    let all = first.iter().cloned().chain(env::split_paths(&inherited).filter(|p| !p.as_os_str().is_empty()));
-    // Only a path with a colon in it cannot be joined, and no loader could be told about that one.
-    env::join_paths(all).unwrap_or(inherited)
 }

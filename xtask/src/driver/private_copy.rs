@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use anyhow::{Context, Result};
 use serde_json::Value;
 
-use super::{Environment, prepended};
+use crate::unpacked::{self, Environment, files_under};
 
 /// Our manifest, beside the unpacked packages: the loader resolves its library path from where it lies.
 const MANIFEST: &str = "driver_icd.json";
@@ -36,31 +36,13 @@ impl PrivateCopy {
         Ok(Self { root: root.to_owned() })
     }
 
-    /// Fetch into a folder beside `root` and put that in place only when it is whole.
+    /// Fetch, and put into place only when it is whole.
     ///
     /// # Errors
     /// What `fetch` says; no manifest or library in what it fetched; an unwritable folder.
     pub(super) fn create(root: &Path, fetch: fn(&Path) -> Result<()>) -> Result<Self> {
-        let parent = root.parent().context("a driver folder has a parent")?;
-        fs::create_dir_all(parent).with_context(|| format!("cannot create {}", parent.display()))?;
-        let partial = root.with_extension(format!("partial-{}", std::process::id()));
-        // What an interrupted run of the same process number left.
-        let _ = fs::remove_dir_all(&partial);
-        let made = fs::create_dir(&partial)
-            .with_context(|| format!("cannot create {}", partial.display()))
-            .and_then(|()| fetch(&partial))
-            .and_then(|()| write_manifest(&partial))
-            .and_then(|()| {
-                if root.exists() {
-                    fs::remove_dir_all(root)?;
-                }
-                fs::rename(&partial, root).with_context(|| format!("cannot create {}", root.display()))
-            });
-        if made.is_err() {
-            // What could not be created cannot be removed either: the first error is the one to tell.
-            let _ = fs::remove_dir_all(&partial);
-        }
-        made.and_then(|()| Self::open(root))
+        unpacked::create(root, |folder| fetch(folder).and_then(|()| write_manifest(folder)))?;
+        Self::open(root)
     }
 
     /// The folder.
@@ -75,8 +57,8 @@ impl PrivateCopy {
             // Loaders before 1.3.207 know only the second name.
             ("VK_DRIVER_FILES", manifest.clone()),
             ("VK_ICD_FILENAMES", manifest),
-            ("LD_LIBRARY_PATH", prepended("LD_LIBRARY_PATH", &library_folders(&self.root))),
         ];
+        unpacked::put_libraries_first(&self.root, &mut environment);
         let layers = self.root.join(LAYERS);
         if layers.join(VALIDATION_MANIFEST).is_file() {
             environment.push(("VK_LAYER_PATH", layers.into_os_string()));
@@ -115,34 +97,4 @@ fn write_manifest(root: &Path) -> Result<()> {
     manifest["ICD"]["library_path"] = Value::from(Path::new(".").join(library).to_string_lossy());
     fs::write(root.join(MANIFEST), serde_json::to_string_pretty(&manifest)?)?;
     Ok(())
-}
-
-/// Folders of `root` that hold shared libraries: packages use `usr/lib`, `lib`, and one folder a platform in each.
-fn library_folders(root: &Path) -> Vec<PathBuf> {
-    let mut folders: Vec<_> = files_under(root)
-        .iter()
-        .filter(|path| {
-            let name = path.file_name().unwrap_or_default().to_string_lossy();
-            name.starts_with("lib") && name.contains(".so")
-        })
-        .filter_map(|path| path.parent())
-        .filter(|folder| folder.strip_prefix(root).is_ok_and(|f| f.components().count() <= 3))
-        .map(Path::to_path_buf)
-        .collect();
-    folders.sort();
-    folders.dedup();
-    folders
-}
-
-/// All files below a folder, symbolic links included; folders that cannot be read count as empty.
-fn files_under(folder: &Path) -> Vec<PathBuf> {
-    let mut files = Vec::new();
-    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        match entry.file_type() {
-            Ok(kind) if kind.is_dir() => files.extend(files_under(&entry.path())),
-            _ => files.push(entry.path()),
-        }
-    }
-    files.sort();
-    files
 }

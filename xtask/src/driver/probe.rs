@@ -5,7 +5,7 @@ use std::process::Command;
 
 use anyhow::{Context, Result};
 
-use super::Environment;
+use crate::unpacked::Environment;
 
 /// Adapters that a process with `environment` sees; empty if none loads, or if the driver takes its process down.
 ///

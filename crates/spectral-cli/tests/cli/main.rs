@@ -6,3 +6,4 @@ mod matrices;
 mod program;
 mod render;
 mod usage;
+mod view;

@@ -18,7 +18,7 @@ fn help_and_version_are_not_errors() {
 fn what_is_not_there_is_refused() {
     spectral("bogus").bad_usage(&["bogus", "--help"]);
     // Commands of the design that are not built.
-    for command in ["pond", "prt", "view"] {
+    for command in ["pond", "prt"] {
         spectral(command).bad_usage(&[command]);
     }
     spectral("matrices --bogus").bad_usage(&["--bogus", "spectral matrices --help"]);

@@ -1,0 +1,283 @@
+//! What the user sees and has set: the state behind the panel, without a window.
+
+use std::f64::consts::PI;
+
+use egui::Key;
+use frame_plan::DeviceInfo;
+use glam::DVec3;
+use spectral_cli::values::Exposure;
+use spectral_cli::view::ViewArgs;
+use spectral_cli::{CliError, GAP_FILLINGS};
+use spectral_core::display::Display;
+use spectral_scene::{Camera, Scene};
+
+use crate::choices::{Choices, Runner, WAVELENGTHS, after, methods};
+use crate::glass::Glass;
+use crate::job::Job;
+use crate::lamps::Lamps;
+use crate::orbit::Orbit;
+use crate::pose::Pose;
+
+/// A drag over the picture's height turns by this angle, radians.
+const TURN_RAD: f64 = PI;
+/// A scroll by a point zooms by e to the power of this.
+const ZOOM_PER_POINT: f64 = 1.0 / 400.0;
+/// Longest time that animation goes on by in one frame, seconds: a hitch is no leap.
+const LONGEST_STEP_S: f64 = 0.25;
+
+/// Everything that the user can change.
+#[derive(Clone, Debug)]
+pub(crate) struct View {
+    /// The scene's name.
+    pub(crate) name: String,
+    /// Names of its lights.
+    pub(crate) lamp_names: Vec<String>,
+    /// Method, executor, sizes.
+    pub(crate) choices: Choices,
+    /// The camera.
+    pub(crate) orbit: Orbit,
+    /// The lights.
+    pub(crate) lamps: Lamps,
+    /// The refractors.
+    pub(crate) glass: Glass,
+    /// Factor on the picture; none until it is found out from a picture.
+    pub(crate) exposure: Option<f64>,
+    /// Stops on top of it.
+    pub(crate) stops: f64,
+    /// Pictures are made only where something has changed.
+    pub(crate) paused: bool,
+    /// Photons are counted: read back from the device now and then.
+    pub(crate) counting: bool,
+}
+
+/// What a drag over the picture moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Grip {
+    /// The camera, round what it looks at.
+    Orbit,
+    /// The camera, sideways.
+    Shift,
+    /// The chosen lamp.
+    Lamp,
+}
+
+impl View {
+    /// What the command line asks for, of `scene`, in a window on the device `window`.
+    ///
+    /// # Errors
+    /// A scene without cameras or anything to look at; options that make no sense.
+    pub(crate) fn new(scene: &Scene, args: &ViewArgs, window: &DeviceInfo) -> Result<Self, CliError> {
+        let Some(camera) = scene.cameras.first().cloned().or_else(|| Camera::framing(scene)) else {
+            return Err(CliError::Failed(format!("{}: the scene has nothing to look at", args.scene)));
+        };
+        let glass = Glass::new(scene);
+        let centre = if glass.exists() { glass.centre() } else { middle(scene) };
+        let lights = scene.lights.iter().map(|light| light.shape).collect();
+        Ok(Self {
+            name: scene.name.clone(),
+            lamp_names: scene.lights.iter().map(|light| light.name.clone()).collect(),
+            choices: Choices {
+                settings: args.settings()?,
+                runner: Runner::of(args.backend, window),
+                coarseness: 1,
+            },
+            orbit: Orbit::new(camera, centre),
+            lamps: Lamps::new(lights, centre),
+            glass,
+            exposure: match args.exposure {
+                Exposure::Auto => None,
+                Exposure::Factor(factor) => Some(factor),
+            },
+            stops: 0.0,
+            paused: false,
+            counting: false,
+        })
+    }
+
+    /// Drag over the picture by these parts of its height.
+    pub(crate) fn drag(&mut self, grip: Grip, [right, down]: [f64; 2]) {
+        match grip {
+            Grip::Orbit => self.orbit.turn(right * TURN_RAD, down * TURN_RAD),
+            Grip::Shift => self.orbit.shift(right, down),
+            Grip::Lamp => self.lamps.drag(right * TURN_RAD, down * TURN_RAD, self.orbit.camera()),
+        }
+    }
+
+    /// Scroll up over the picture by so many points.
+    pub(crate) fn scroll(&mut self, points: f64) {
+        self.orbit.zoom((-points * ZOOM_PER_POINT).exp());
+    }
+
+    /// Press a key.
+    pub(crate) fn press(&mut self, key: Key) {
+        let Choices { settings, runner, .. } = &mut self.choices;
+        match key {
+            Key::Space => self.paused = !self.paused,
+            Key::Home => self.reset(),
+            Key::G => self.glass.moving = !self.glass.moving,
+            Key::M => {
+                let all: Vec<_> = methods().map(|(_, method)| method).collect();
+                settings.method = all[after(&all, &settings.method)];
+            }
+            Key::N => settings.wavelengths = WAVELENGTHS[after(&WAVELENGTHS, &settings.wavelengths)],
+            Key::E => *runner = Runner::ALL[after(&Runner::ALL, runner)],
+            Key::F => {
+                let all = GAP_FILLINGS.map(|(_, rule)| rule);
+                settings.gap_filling = Some(all[after(&all, &settings.gap_filling())]);
+            }
+            _ => {}
+        }
+    }
+
+    /// Camera, lamps and glass back to where the scene has them.
+    pub(crate) fn reset(&mut self) {
+        self.orbit.reset();
+        self.lamps.reset();
+        self.glass.reset();
+    }
+
+    /// Let time pass for what moves by itself.
+    pub(crate) fn advance(&mut self, seconds: f64) {
+        if !self.paused {
+            self.glass.advance(seconds.min(LONGEST_STEP_S));
+        }
+    }
+
+    /// The picture to make for an area of the screen.
+    pub(crate) fn job(&self, area: [u32; 2]) -> Job {
+        Job {
+            pose: Pose {
+                camera: self.orbit.camera().clone(),
+                lights: self.lamps.shapes().to_vec(),
+                objects: self.glass.placements(),
+            },
+            size: self.choices.picture_size(area),
+            settings: self.choices.settings.clone(),
+        }
+    }
+
+    /// From XYZ to the screen.
+    pub(crate) fn display(&self) -> Display {
+        Display { exposure: self.exposure.unwrap_or(1.0) * self.stops.exp2(), ..Display::default() }
+    }
+}
+
+/// The middle of everything.
+fn middle(scene: &Scene) -> DVec3 {
+    let (low, high) = scene.bounds(0..scene.objects.len()).unwrap_or_default();
+    (low + high) / 2.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use asm_core::{GapFilling, Method};
+    use clap::Parser;
+
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        args: ViewArgs,
+    }
+
+    const AREA: [u32; 2] = [640, 360];
+
+    fn view_of(scene: &Scene, arguments: &str) -> Result<View, CliError> {
+        let words = ["spectral-viewer", "scene"].into_iter().chain(arguments.split_whitespace());
+        let cli = Cli::try_parse_from(words).expect("arguments");
+        View::new(scene, &cli.args, &DeviceInfo::default())
+    }
+
+    fn view(arguments: &str) -> View {
+        view_of(&spectral_scene::bundled("sphere").expect("bundled"), arguments).expect("a view")
+    }
+
+    #[test]
+    fn options_are_where_it_begins() {
+        let view =
+            view("--method acm --wavelengths 3 --backend vulkan --exposure 2 --map 1024 --gap-filling paper");
+        let settings = &view.choices.settings;
+        assert_eq!(
+            (settings.method, settings.wavelengths, settings.map_size),
+            (Method::Acm, Some(3), Some(1024))
+        );
+        assert_eq!(settings.gap_filling, Some(GapFilling::Paper));
+        assert_eq!((view.choices.runner, view.exposure), (Runner::Vulkan, Some(2.0)));
+        assert_eq!(view.display().exposure, 2.0);
+    }
+
+    #[test]
+    fn the_reference_is_refused() {
+        let scene = spectral_scene::bundled("sphere").expect("bundled");
+        assert!(matches!(view_of(&scene, "--method reference"), Err(CliError::Usage(_))));
+        assert!(matches!(view_of(&Scene::default(), ""), Err(CliError::Failed(_))));
+    }
+
+    #[test]
+    fn a_view_that_nobody_touches_shows_the_scene_as_it_is() {
+        for name in spectral_scene::BUNDLED {
+            let scene = spectral_scene::bundled(name).expect("bundled");
+            let mut posed = scene.clone();
+            view_of(&scene, "").expect("a view").job(AREA).pose.apply(&mut posed);
+            assert_eq!(posed, scene, "{name}");
+        }
+    }
+
+    #[test]
+    fn each_grip_moves_its_own_part() {
+        let still = view("").job(AREA).pose;
+        for (grip, moves) in
+            [(Grip::Orbit, [true, false]), (Grip::Shift, [true, false]), (Grip::Lamp, [false, true])]
+        {
+            let mut view = view("");
+            view.drag(grip, [0.1, 0.05]);
+            let pose = view.job(AREA).pose;
+            assert_eq!([pose.camera != still.camera, pose.lights != still.lights], moves, "{grip:?}");
+            assert_eq!(pose.objects, still.objects);
+            view.reset();
+            assert_eq!(view.job(AREA).pose, still);
+        }
+    }
+
+    #[test]
+    fn scrolling_up_goes_nearer() {
+        let mut view = view("");
+        let height = |view: &View| view.orbit.camera().world_from_camera.w_axis.y;
+        let before = height(&view);
+        view.scroll(100.0);
+        assert!(height(&view) < before);
+    }
+
+    #[test]
+    fn keys_go_round_the_choices_and_change_the_job() {
+        let mut view = view("--method asm");
+        let begun = view.job(AREA);
+        for key in [Key::M, Key::N, Key::F] {
+            let before = view.job(AREA);
+            view.press(key);
+            assert_ne!(view.job(AREA), before, "{key:?}");
+        }
+        for (key, times) in [(Key::M, 2), (Key::N, 4), (Key::F, 3)] {
+            (0..times).for_each(|_| view.press(key));
+        }
+        assert_eq!(view.job(AREA).settings.method, begun.settings.method);
+        assert_eq!(view.job(AREA).settings.wavelengths, begun.settings.wavelengths);
+        let runner = view.choices.runner;
+        view.press(Key::E);
+        assert_ne!(view.choices.runner, runner);
+    }
+
+    #[test]
+    fn paused_glass_stands_still_and_a_hitch_is_no_leap() {
+        let mut view = view("");
+        view.press(Key::G);
+        view.press(Key::Space);
+        let still = view.job(AREA);
+        view.advance(0.1);
+        assert_eq!(view.job(AREA), still);
+        view.press(Key::Space);
+        view.advance(1000.0);
+        assert_ne!(view.job(AREA), still);
+        assert!(view.glass.turn_deg < 10.0, "{}", view.glass.turn_deg);
+    }
+}
