@@ -111,7 +111,8 @@ impl Drop for Display {
 
 /// Whether the system has what windows load. Where there is no `ldconfig` to ask, opening one will tell.
 fn has_libraries() -> bool {
-    let known = ["ldconfig", "/sbin/ldconfig"].into_iter().find_map(|l| tool::run(Command::new(l).arg("-p")).ok());
+    let known =
+        ["ldconfig", "/sbin/ldconfig"].into_iter().find_map(|l| tool::run(Command::new(l).arg("-p")).ok());
     known.is_none_or(|known| LIBRARIES.iter().all(|library| known.contains(library)))
 }
 

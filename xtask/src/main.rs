@@ -1,10 +1,7 @@
 //! The project's own commands: `cargo xtask compare`, `test`, `driver` and `gallery`, one file or folder each.
 
-<<<<<<< HEAD
-mod bench;
-=======
 mod apt;
->>>>>>> 3d3f429 (wip2)
+mod bench;
 mod compare;
 mod display;
 mod driver;

@@ -44,21 +44,22 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     } else {
         Outcome::Skipped("only some tests were asked for".into())
     };
-    let fine = [("window", shown), ("glTF files", gltf_validator::run()?)].map(|(what, outcome)| match outcome {
-        Outcome::Passed(said) => {
-            println!("{what}: passed; {said}");
-            true
-        }
-        Outcome::Failed(said) => {
-            println!("{what}: FAILED\n{said}");
-            false
-        }
-        // No failure in CI either: what runs the tests needs Rust and nothing else.
-        Outcome::Skipped(reason) => {
-            println!("{what}: SKIPPED, NOT TESTED: {reason}");
-            true
-        }
-    });
+    let fine =
+        [("window", shown), ("glTF files", gltf_validator::run()?)].map(|(what, outcome)| match outcome {
+            Outcome::Passed(said) => {
+                println!("{what}: passed; {said}");
+                true
+            }
+            Outcome::Failed(said) => {
+                println!("{what}: FAILED\n{said}");
+                false
+            }
+            // No failure in CI either: what runs the tests needs Rust and nothing else.
+            Outcome::Skipped(reason) => {
+                println!("{what}: SKIPPED, NOT TESTED: {reason}");
+                true
+            }
+        });
     Ok(if passed && fine == [true; 2] { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }
 

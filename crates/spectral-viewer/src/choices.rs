@@ -8,6 +8,8 @@ use spectral_cli::{Backend, backend};
 pub(crate) const WAVELENGTHS: [Option<u32>; 5] = [None, Some(1), Some(3), Some(7), Some(21)];
 /// Sides of the light's view and of the map, texels.
 pub(crate) const SIDES: [u32; 5] = [128, 256, 512, 1024, 2048];
+/// Samples along a side of a pixel.
+pub(crate) const SAMPLES: [u32; 3] = [1, 2, 4];
 /// Screen pixels along a pixel of the picture.
 pub(crate) const COARSENESSES: [u32; 3] = [1, 2, 4];
 

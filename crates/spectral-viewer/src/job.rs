@@ -1,7 +1,7 @@
 //! A picture to be made, and what comes back.
 
 use asm_core::{AsmError, AsmRenderer, Settings, Statistics};
-use frame_plan::{Decision, DeviceInfo, Executor, StepTime};
+use frame_plan::{Decision, DeviceInfo, Executor, Made, StepTime};
 use spectral_scene::Scene;
 
 use crate::pose::Pose;
@@ -25,12 +25,14 @@ pub(crate) struct Job {
 pub(crate) struct Report {
     /// Who made it.
     pub(crate) device: DeviceInfo,
-    /// How long each step took; the times of an earlier frame where the device works behind the host's back.
+    /// How long each step took; of an earlier frame where the device works behind the host's back.
     pub(crate) step_times: Vec<StepTime>,
     /// Which passes ran, which did not, and why.
     pub(crate) decisions: Vec<Decision>,
-    /// What became of the light, where it was read back.
+    /// What became of the light, a frame late likewise.
     pub(crate) statistics: Option<Statistics>,
+    /// What the executor has allocated and compiled so far.
+    pub(crate) made: Made,
 }
 
 impl Job {
@@ -51,10 +53,12 @@ impl Job {
 
 impl Report {
     /// Of what `renderer` has run.
-    pub(crate) fn of<E: Executor>(renderer: &mut AsmRenderer<E>, statistics: Option<Statistics>) -> Self {
+    pub(crate) fn of<E: Executor>(renderer: &mut AsmRenderer<E>) -> Self {
         let decisions =
             renderer.prepared().map(|prepared| prepared.plan.decisions.clone()).unwrap_or_default();
+        let statistics = renderer.latest_statistics();
         let executor = renderer.executor();
-        Self { device: executor.info().clone(), step_times: executor.step_times(), decisions, statistics }
+        let (device, step_times, made) = (executor.info().clone(), executor.step_times(), executor.made());
+        Self { device, step_times, decisions, statistics, made }
     }
 }

@@ -94,11 +94,8 @@ impl Maker {
     /// What the device says, in a sentence.
     pub(crate) fn after_submit(&mut self, read: bool) -> Result<(Option<Picture>, Report), String> {
         let Self::Inside { renderer, .. } = self else { return Ok(Default::default()) };
-        if !read {
-            return Ok((None, Report::of(renderer, None)));
-        }
-        let (picture, statistics) = renderer.read().map_err(|error| error.to_string())?;
-        Ok((Some(picture), Report::of(renderer, Some(statistics))))
+        let picture = if read { Some(renderer.read().map_err(|error| error.to_string())?.0) } else { None };
+        Ok((picture, Report::of(renderer)))
     }
 }
 

@@ -2,13 +2,13 @@
 
 use asm_core::Statistics;
 use egui::{
-    Align, CentralPanel, Color32, ComboBox, Frame, Grid, Key, Layout, Panel, PointerButton, Rect, Response,
-    RichText, ScrollArea, Sense, Slider, TextureId, Ui, pos2,
+    CentralPanel, Color32, ComboBox, Frame, Grid, Key, Panel, PointerButton, Rect, Response, RichText,
+    ScrollArea, Sense, Slider, TextureId, Ui, pos2,
 };
 use frame_plan::Decision;
 use spectral_cli::GAP_FILLINGS;
 
-use crate::choices::{COARSENESSES, Runner, SIDES, WAVELENGTHS, methods};
+use crate::choices::{COARSENESSES, Runner, SAMPLES, SIDES, WAVELENGTHS, methods};
 use crate::fates::fates;
 use crate::job::Report;
 use crate::times::{PassTime, PassTimes};
@@ -115,15 +115,10 @@ fn controls(ui: &mut Ui, view: &mut View, status: &Status) {
         {
             view.reset();
         }
-        ui.toggle_value(&mut view.counting, "Count photons").on_hover_text(
-            "Read back what became of the light; about once a second on the window's own device",
-        );
     });
     ui.separator();
     times(ui, status);
-    if view.counting
-        && let Some(statistics) = &status.report.statistics
-    {
+    if let Some(statistics) = &status.report.statistics {
         ui.separator();
         counts(ui, statistics);
     }
@@ -176,6 +171,11 @@ fn choices(ui: &mut Ui, view: &mut View) {
                 ui.selectable_value(side, one, named(one));
             }
         });
+    });
+    row(ui, "Samples", "Along each side of a pixel", |ui| {
+        for samples in SAMPLES {
+            ui.selectable_value(&mut choices.settings.picture_samples, samples, samples.to_string());
+        }
     });
     row(ui, "Pixels", "Screen pixels along a pixel of the picture", |ui| {
         for coarseness in COARSENESSES {
@@ -233,19 +233,24 @@ fn row(ui: &mut Ui, name: &str, hint: &str, contents: impl FnOnce(&mut Ui)) {
 
 /// What a frame costs, pass by pass, and why a pass runs or not.
 fn times(ui: &mut Ui, status: &Status) {
+    let Report { decisions, made, .. } = &status.report;
     if let Some(between_ms) = status.between_ms {
-        ui.label(
-            RichText::new(format!("{between_ms:.1} ms per picture, {:.1} a second", 1e3 / between_ms))
-                .strong(),
+        let text = format!("{between_ms:.1} ms per picture, {:.1} a second", 1e3 / between_ms);
+        let made = format!(
+            "made by this executor so far: {} pipelines, {} buffers, {} textures, {:.1} MiB",
+            made.pipelines,
+            made.buffers,
+            made.textures,
+            made.bytes as f64 / f64::from(1 << 20)
         );
+        ui.label(RichText::new(text).strong()).on_hover_text(made);
     }
-    let Report { decisions, .. } = &status.report;
     let times = &status.times;
     let without_decision = |time: &&PassTime| decisions.iter().all(|d| d.pass != time.name);
-    Grid::new("times").num_columns(3).striped(true).min_col_width(56.0).show(ui, |ui| {
-        for title in ["pass", "ms", "steps"] {
-            ui.label(RichText::new(title).weak());
-        }
+    Grid::new("times").num_columns(3).striped(true).show(ui, |ui| {
+        ui.label(RichText::new("pass").weak());
+        number(ui, "ms", 9);
+        number(ui, "steps", 6);
         ui.end_row();
         for decision in decisions {
             let name = RichText::new(&decision.pass);
@@ -258,8 +263,8 @@ fn times(ui: &mut Ui, status: &Status) {
             time(ui, Some(other));
         }
         if !times.passes().is_empty() {
-            ui.label(RichText::new("all passes").strong());
-            number(ui, RichText::new(format!("{:.2}", times.total())).strong());
+            ui.label(RichText::new("all").strong());
+            number(ui, &format!("{:.2}", times.total()), 9);
             ui.end_row();
         }
     });
@@ -267,14 +272,15 @@ fn times(ui: &mut Ui, status: &Status) {
 
 fn time(ui: &mut Ui, time: Option<&PassTime>) {
     if let Some(PassTime { steps, milliseconds, .. }) = time {
-        number(ui, RichText::new(format!("{milliseconds:.2}")));
-        number(ui, RichText::new(steps.to_string()).weak());
+        number(ui, &format!("{milliseconds:.2}"), 9);
+        number(ui, &steps.to_string(), 6);
     }
     ui.end_row();
 }
 
-fn number(ui: &mut Ui, text: RichText) {
-    ui.with_layout(Layout::right_to_left(Align::Center), |ui| ui.label(text.monospace()));
+/// Numbers stand below each other.
+fn number(ui: &mut Ui, text: &str, width: usize) {
+    ui.monospace(format!("{text:>width$}"));
 }
 
 fn why(decision: &Decision) -> String {
@@ -288,7 +294,7 @@ fn counts(ui: &mut Ui, statistics: &Statistics) {
     Grid::new("fates").num_columns(2).striped(true).show(ui, |ui| {
         for (name, share) in fates(statistics) {
             ui.label(name);
-            number(ui, RichText::new(format!("{:.2} %", 100.0 * share)));
+            number(ui, &format!("{:.2} %", 100.0 * share), 9);
             ui.end_row();
         }
     });

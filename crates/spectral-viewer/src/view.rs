@@ -46,8 +46,6 @@ pub(crate) struct View {
     pub(crate) stops: f64,
     /// Pictures are made only where something has changed.
     pub(crate) paused: bool,
-    /// Photons are counted: read back from the device now and then.
-    pub(crate) counting: bool,
 }
 
 /// What a drag over the picture moves.
@@ -90,7 +88,6 @@ impl View {
             },
             stops: 0.0,
             paused: false,
-            counting: false,
         })
     }
 

@@ -30,9 +30,6 @@ use crate::screen::Screen;
 use crate::times::{PassTimes, moving_mean};
 use crate::view::View;
 
-/// How often photons are counted inside the window's frames.
-const COUNTING: Duration = Duration::from_secs(1);
-
 /// Show the scene of the command line until the window is closed.
 ///
 /// # Errors
@@ -42,12 +39,22 @@ pub(crate) fn show(args: &ViewArgs) -> Result<(), CliError> {
     args.settings()?;
     let screenshot = args.screenshot_file()?;
     let scene = spectral_cli::open(&args.scene)?.scene;
-    let no_window = |error| CliError::Failed(format!("no window can be opened: {error}"));
     let event_loop = EventLoop::new().map_err(no_window)?;
     let mut program =
         Program { args, scene, screenshot, wake: event_loop.create_proxy(), open: None, ended: Ok(()) };
     event_loop.run_app(&mut program).map_err(no_window)?;
     program.ended
+}
+
+/// A failure of the display.
+fn no_window(error: impl std::fmt::Display) -> CliError {
+    let text = error.to_string();
+    // winit says which line of its source found out, and then what.
+    let words = text
+        .split_once(".rs:")
+        .and_then(|(_, rest)| rest.split_once(": "))
+        .map_or(&*text, |(_, words)| words);
+    CliError::Failed(format!("no window can be opened: {words}"))
 }
 
 /// The program while its event loop runs.
@@ -79,7 +86,6 @@ struct Open {
     pictures: u32,
     last_frame: Instant,
     last_picture: Option<Instant>,
-    last_count: Option<Instant>,
 }
 
 impl Program<'_> {
@@ -176,9 +182,7 @@ impl Open {
         let attributes = Window::default_attributes()
             .with_title(format!("spectral view {}", scene.name))
             .with_inner_size(PhysicalSize::new(args.size.width, args.size.height));
-        let window = event_loop
-            .create_window(attributes)
-            .map_err(|error| CliError::Failed(format!("no window can be opened: {error}")))?;
+        let window = event_loop.create_window(attributes).map_err(no_window)?;
         let graphics = Graphics::new(event_loop, Arc::new(window), args.screenshot.is_some())?;
         let options = egui_wgpu::RendererOptions::default();
         let mut painter = egui_wgpu::Renderer::new(&graphics.device, graphics.format(), options);
@@ -209,7 +213,6 @@ impl Open {
             pictures: 0,
             last_frame: Instant::now(),
             last_picture: None,
-            last_count: None,
         })
     }
 
@@ -323,18 +326,14 @@ impl Open {
 
     /// Learn about a picture made inside this frame.
     fn after_submit(&mut self) {
-        let count = self.view.counting && self.last_count.is_none_or(|last| last.elapsed() >= COUNTING);
-        if count {
-            self.last_count = Some(Instant::now());
-        }
-        match self.maker.after_submit(count || self.view.exposure.is_none()) {
+        match self.maker.after_submit(self.view.exposure.is_none()) {
             Ok((picture, report)) => self.made(picture, report),
             Err(error) => self.status.error = Some(error),
         }
     }
 
     /// Take in a picture. It is shown with its exposure from the next frame on.
-    fn made(&mut self, picture: Option<Picture>, mut report: Report) {
+    fn made(&mut self, picture: Option<Picture>, report: Report) {
         self.status.error = None;
         if self.view.exposure.is_some() {
             self.pictures += 1;
@@ -350,7 +349,6 @@ impl Open {
             self.status.times = PassTimes::default();
         }
         self.status.times.add(&report.step_times);
-        report.statistics = report.statistics.or(self.status.report.statistics.take());
         self.status.report = report;
     }
 

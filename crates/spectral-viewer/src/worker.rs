@@ -105,8 +105,8 @@ fn make<E: Executor>(renderer: &mut AsmRenderer<E>, scene: &mut Scene, job: &Job
     let mut made = || -> Result<(Picture, Report), AsmError> {
         job.prepare(renderer, scene)?;
         renderer.execute()?;
-        let (picture, statistics) = renderer.read()?;
-        Ok((picture, Report::of(renderer, Some(statistics))))
+        let (picture, _) = renderer.read()?;
+        Ok((picture, Report::of(renderer)))
     };
     made().map_err(|error| error.to_string())
 }

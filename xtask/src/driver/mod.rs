@@ -9,6 +9,7 @@ mod npm;
 mod private_copy;
 mod probe;
 
+use std::env;
 use std::path::Path;
 use std::process::{Command, ExitCode};
 
@@ -155,8 +156,10 @@ struct Source {
 const LAVAPIPE: Packages =
     Packages { wanted: &["mesa-vulkan-drivers", "libvulkan1"], welcome: &["vulkan-validationlayers"] };
 
-const SOURCES: [Source; 2] =
-    [Source { name: "lavapipe", fetch: |folder| apt::fetch(folder, &LAVAPIPE) }, Source { name: "swiftshader", fetch: npm::fetch }];
+const SOURCES: [Source; 2] = [
+    Source { name: "lavapipe", fetch: |folder| apt::fetch(folder, &LAVAPIPE) },
+    Source { name: "swiftshader", fetch: npm::fetch },
+];
 
 impl Source {
     /// A new private copy.

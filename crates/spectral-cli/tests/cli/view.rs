@@ -16,8 +16,11 @@ fn alone(folder: &Path) -> PathBuf {
 #[test]
 fn without_its_window_it_says_how_to_build_it() {
     let folder = tempfile::tempdir().expect("folder");
-    run(Command::new(alone(folder.path())).args(["view", "sphere"]))
-        .failed(&["spectral-viewer", "cargo build", "-p spectral-viewer"]);
+    run(Command::new(alone(folder.path())).args(["view", "sphere"])).failed(&[
+        "spectral-viewer",
+        "cargo build",
+        "-p spectral-viewer",
+    ]);
 }
 
 #[test]

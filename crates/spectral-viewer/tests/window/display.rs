@@ -15,11 +15,13 @@ use x11rb::{CURRENT_TIME, NONE};
 
 /// Nothing that works takes this long, on any machine.
 const PATIENCE: Duration = Duration::from_secs(120);
+/// A picture that stands still for this long is the last one.
+const STILL: Duration = Duration::from_millis(1500);
 /// Between two looks.
 const GLANCE: Duration = Duration::from_millis(100);
 /// Pixels of the window's left part, which holds the controls.
 const PANEL: usize = 330;
-const SIZE: [usize; 2] = [800, 500];
+const SIZE: [usize; 2] = [640, 360];
 
 /// Keysyms of the keys that tests press; letters are their ASCII codes.
 pub(crate) const SPACE: u32 = 0x20;
@@ -60,7 +62,7 @@ pub(crate) fn is_picture(pixels: &[[u8; 3]]) -> bool {
     colors.sort_unstable();
     colors.dedup();
     let bright = pixels.iter().filter(|p| p.iter().any(|&c| c > 60)).count();
-    colors.len() > 200 && bright * 10 > pixels.len()
+    colors.len() > 30 && bright * 20 > pixels.len()
 }
 
 /// A running viewer and the connection through which it is used.
@@ -92,8 +94,10 @@ impl Session {
         let child = viewer(arguments).spawn().expect("the viewer starts");
         let mut session = Self { child, x, root, window: NONE };
         session.window = session.wait_for("a window", |s| s.find_window());
-        session.x.set_input_focus(InputFocus::PARENT, session.window, CURRENT_TIME).expect("sent");
         session.wait_for("a picture", |s| s.shot().filter(|shot| is_picture(&shot.stage())));
+        // There is no window manager to do it, and a window that is not there yet takes no focus.
+        let focus = session.x.set_input_focus(InputFocus::PARENT, session.window, CURRENT_TIME);
+        focus.expect("sent").check().expect("the window takes the keyboard");
         session
     }
 
@@ -115,14 +119,16 @@ impl Session {
         Some(Shot { pixels })
     }
 
-    /// The picture once it stands still: panel times go on changing, the stage of a scene at rest does not.
+    /// The picture once it stands still for a while: panel times go on changing, the stage of a scene at rest does not.
     pub(crate) fn settled(&mut self) -> Vec<[u8; 3]> {
-        let mut before = Vec::new();
+        let (mut before, mut since) = (Vec::new(), Instant::now());
         self.wait_for("the picture to stand still", |s| {
             let now = s.shot()?.stage();
-            let still = difference_or_one(&before, &now) < 1e-3;
-            before.clone_from(&now);
-            (still && is_picture(&now)).then_some(now)
+            if difference_or_one(&before, &now) >= 1e-3 {
+                since = Instant::now();
+                before.clone_from(&now);
+            }
+            (since.elapsed() > STILL && is_picture(&now)).then_some(now)
         })
     }
 
@@ -149,18 +155,26 @@ impl Session {
         }
     }
 
-    /// Drag from the middle of the stage by so many pixels, in steps as a hand does.
-    pub(crate) fn drag(&self, button: u8, by: [i16; 2]) {
+    /// Drag from the middle of the stage by so many pixels, in steps as a hand does; the button is held until the picture has
+    /// changed, for frames may be slow.
+    pub(crate) fn drag(
+        &mut self,
+        (button, by): (u8, [i16; 2]),
+        what: &str,
+        before: &[[u8; 3]],
+        share: f64,
+    ) -> Vec<[u8; 3]> {
         let from = [(PANEL + SIZE[0]) / 2, SIZE[1] / 2].map(|side| side as i16);
         let steps = 8;
-        let at = |step: i16| [0, 1].map(|i| from[i] + by[i] * step / steps);
-        self.point(at(0));
+        self.point(from);
         self.fake(BUTTON_PRESS_EVENT, button);
         for step in 1..=steps {
-            self.point(at(step));
-            sleep(Duration::from_millis(20));
+            self.point([0, 1].map(|i| from[i] + by[i] * step / steps));
+            sleep(GLANCE / 5);
         }
+        self.wait_for(what, |s| s.shot().filter(|now| difference(before, &now.stage()) > share));
         self.fake(BUTTON_RELEASE_EVENT, button);
+        self.changed(what, before, share)
     }
 
     fn point(&self, [x, y]: [i16; 2]) {

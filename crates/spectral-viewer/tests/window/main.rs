@@ -17,10 +17,8 @@ const SEEN: f64 = 0.002;
 fn use_it(backend: &str) {
     let mut window = Session::open(&format!("sphere --method asm --backend {backend} {SMALL}"));
     let begun = window.settled();
-    window.drag(1, [120, 30]);
-    let orbited = window.changed("the view to turn", &begun, 10.0 * SEEN);
-    window.drag(3, [80, 0]);
-    let lit = window.changed("the lamp to move", &orbited, SEEN);
+    let orbited = window.drag((1, [120, 30]), "the view to turn", &begun, 10.0 * SEEN);
+    let lit = window.drag((3, [30, 0]), "the lamp to move", &orbited, SEEN);
     // From the method's own number to one: the rainbow goes.
     window.press(u32::from(b'n'));
     let grey = window.changed("the wavelengths to become one", &lit, SEEN);
@@ -72,7 +70,8 @@ fn all_executors_show_the_same_picture() {
 #[ignore = "needs a display of its own: cargo xtask test"]
 fn a_screenshot_shows_the_picture() {
     let file = std::env::temp_dir().join(format!("spectral-viewer-{}.png", std::process::id()));
-    let status = viewer(&format!("sphere {SMALL} --backend cpu --frames 2 --screenshot"))
+    let status = viewer(&format!("sphere {SMALL} --backend cpu --frames 2"))
+        .arg("--screenshot")
         .arg(&file)
         .status()
         .expect("the viewer starts");
@@ -82,7 +81,7 @@ fn a_screenshot_shows_the_picture() {
     let mut bytes = vec![0; reader.output_buffer_size().expect("a size")];
     let info = reader.next_frame(&mut bytes).expect("pixels");
     std::fs::remove_file(&file).expect("removed");
-    assert_eq!([info.width, info.height], [800, 500]);
+    assert_eq!([info.width, info.height], [640, 360]);
     assert!(is_picture(bytes.as_chunks::<3>().0));
 }
 
