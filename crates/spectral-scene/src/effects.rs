@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use spectral_core::light::LightSpectrum;
 
-use crate::{Camera, Light, LightShape, Scene};
+use crate::{Camera, Light, LightShape, Scene, WorldMesh};
 
 /// Whether a scene calls for an effect, and why.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -41,6 +41,9 @@ pub struct Effects {
     pub deferred_refraction: Effect,
     /// Mirrors in view of a camera, in which the rest of the scene is seen.
     pub mirror_images: Effect,
+    /// Cameras inside a refractor, or behind an open one such as a water surface: what they see is attenuated on the way,
+    /// and the water's surface is seen from below.
+    pub immersion: Effect,
     /// Matt surfaces with texture coordinates that light can reach, directly or by way of a refractor or a mirror.
     pub receivers: Effect,
     /// Lights with a position, whose rays diverge.
@@ -70,6 +73,7 @@ impl Effects {
             shadows: survey.shadows(),
             deferred_refraction: survey.deferred_refraction(),
             mirror_images: survey.mirror_images(),
+            immersion: survey.immersion(),
             receivers: survey.receivers(),
             point_or_spot_lights: survey.point_or_spot_lights(),
             coloured_light: survey.coloured_light(),
@@ -90,6 +94,7 @@ impl Effects {
             ("shadows", &self.shadows),
             ("deferred_refraction", &self.deferred_refraction),
             ("mirror_images", &self.mirror_images),
+            ("immersion", &self.immersion),
             ("receivers", &self.receivers),
             ("point_or_spot_lights", &self.point_or_spot_lights),
             ("coloured_light", &self.coloured_light),
@@ -314,6 +319,19 @@ impl<'a> Survey<'a> {
         on_if_any(reasons.collect(), unseen)
     }
 
+    fn immersion(&self) -> Effect {
+        if self.refractors.is_empty() {
+            return off(NO_REFRACTOR);
+        }
+        let reasons = self.scene.cameras.iter().filter_map(|camera| {
+            let eye = camera.world_from_camera.w_axis.truncate();
+            let around = |&i: &usize| is_behind(eye, &self.scene.world_mesh(i));
+            let around: Vec<usize> = self.refractors.iter().copied().filter(around).collect();
+            (!around.is_empty()).then(|| format!("`{}` is inside {}", camera.name, self.names(&around)))
+        });
+        on_if_any(reasons.collect(), "every camera is in free space")
+    }
+
     fn receivers(&self) -> Effect {
         let all: Vec<usize> = self.scene.receivers().collect();
         if all.is_empty() {
@@ -388,6 +406,26 @@ impl<'a> Survey<'a> {
     fn no_light(&self) -> Option<Effect> {
         self.lights.is_empty().then(|| off("no light"))
     }
+}
+
+/// Whether a ray steeply upwards from `point` first meets the back of the mesh.
+fn is_behind(point: DVec3, mesh: &WorldMesh) -> bool {
+    // Parallel to nothing people build.
+    let ray = DVec3::new(0.352, 0.801, 0.484);
+    let mut nearest = (f64::INFINITY, false);
+    for triangle in mesh.triangles {
+        let [a, b, c] = triangle.map(|v| mesh.positions[v as usize] - point);
+        // The ray passes inside if it sees all three edges turn the same way.
+        let turns = [a.cross(b).dot(ray), b.cross(c).dot(ray), c.cross(a).dot(ray)];
+        let normal = (b - a).cross(c - a);
+        let along = normal.dot(ray);
+        let inside = turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0);
+        let distance = a.dot(normal) / along;
+        if inside && distance > 0.0 && distance < nearest.0 {
+            nearest = (distance, along > 0.0);
+        }
+    }
+    nearest.1
 }
 
 /// A sphere around an object's bounds.

@@ -4,30 +4,6 @@ use glam::{DMat3, DVec3};
 
 use crate::{Material, Scene};
 
-impl Material {
-    /// Light passes through: `transmission` is above 0.
-    pub fn is_refractor(&self) -> bool {
-        self.transmission > 0.0
-    }
-
-    /// Opaque and metal: glTF's metallicFactor is above one half. There is nothing between metal and not metal here.
-    pub fn is_metal(&self) -> bool {
-        self.metallic > 0.5 && !self.is_refractor()
-    }
-
-    /// Metal of roughness below [`MIRROR_ROUGHNESS`]: a mirror on both of its sides.
-    ///
-    /// It reflects specularly, as if perfectly smooth, by Schlick's approximation of Fresnel's equations as glTF 2.0 has
-    /// it (appendix B.3.4): F = F0 + (1 - F0) (1 - cos)^5, F0 being the base colour at the wavelength; the rest is
-    /// absorbed. It has no diffuse part: light does not land on it, and it shows what it reflects. Rougher metal is matt.
-    pub fn is_mirror(&self) -> bool {
-        self.is_metal() && self.roughness < MIRROR_ROUGHNESS
-    }
-}
-
-/// Metal of this glTF roughness or more is matt, below it is a mirror.
-pub const MIRROR_ROUGHNESS: f64 = 0.25;
-
 /// Why no object can serve as the receiver that was asked for.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]

@@ -27,7 +27,8 @@ fn every_bundled_scene_calls_for_what_it_shows() {
     for &name in BUNDLED {
         let more: &[&str] = match name {
             "sphere" | "sphere-fine" | "gem" => &["coloured_light"],
-            "organic" | "water" | "underwater" => &["absorption"],
+            "organic" | "water" => &["absorption"],
+            "underwater" => &["absorption", "immersion"],
             "glass" => &["point_or_spot_lights"],
             "lamps" => &[
                 "absorption",
@@ -160,6 +161,24 @@ fn refractors_outside_the_picture_need_no_deferred_refraction() {
     );
     scene.cameras.clear();
     assert_eq!(Effects::required_by(&scene).deferred_refraction.reason, "no camera");
+}
+
+#[test]
+fn eyes_in_glass_and_under_water_are_immersed() {
+    let reason = |scene: &Scene| Effects::required_by(scene).immersion.reason;
+    assert_eq!(reason(&scene("underwater")), "`camera` is inside `water`");
+    assert_eq!(reason(&scene("metal-ring")), "no object transmits light");
+    for name in ["sphere", "gem"] {
+        let mut scene = scene(name);
+        assert_eq!(reason(&scene), "every camera is in free space");
+        let mut move_to = |eye: DVec3| {
+            scene.cameras = vec![Camera::look_at(eye, DVec3::ZERO)];
+            Effects::required_by(&scene).immersion.on
+        };
+        assert!(move_to(DVec3::new(0.0, 0.08, 0.0)), "{name}: in the middle");
+        assert!(!move_to(DVec3::new(0.0, 0.02, 0.0)), "{name}: below");
+        assert!(!move_to(DVec3::new(0.0, 0.14, 0.0)), "{name}: above");
+    }
 }
 
 #[test]

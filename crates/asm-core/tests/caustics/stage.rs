@@ -6,37 +6,18 @@ use frame_plan::cpu::CpuExecutor;
 use glam::{DMat4, DVec3};
 use spectral_core::dispersion::Dispersion;
 use spectral_core::light::LightSpectrum;
-use spectral_scene::{Attenuation, IrradianceMaps, Light, LightShape, Material, Mesh, Object, Scene};
+use spectral_scene::{IrradianceMaps, Light, LightShape, Material, Mesh, Object, Scene};
 
 pub(crate) fn opaque(base_color: [f64; 3]) -> Material {
-    Material {
-        name: "matt".into(),
-        base_color,
-        metallic: 0.0,
-        roughness: 1.0,
-        transmission: 0.0,
-        dispersion: Dispersion::Constant { n: 1.5 },
-        attenuation: None,
-        thickness_m: 0.0,
-        iridescence: None,
-        emissive: [0.0; 3],
-        double_sided: false,
-    }
+    Material::matt("matt", base_color)
 }
 
 pub(crate) fn glass(n: f64) -> Material {
-    Material {
-        name: "glass".into(),
-        base_color: [1.0; 3],
-        roughness: 0.0,
-        transmission: 1.0,
-        dispersion: Dispersion::Constant { n },
-        ..opaque([1.0; 3])
-    }
+    Material::glass("glass", Dispersion::Constant { n })
 }
 
 pub(crate) fn tinted(n: f64, color: [f64; 3], distance_m: f64) -> Material {
-    Material { attenuation: Some(Attenuation { color, distance_m }), ..glass(n) }
+    glass(n).attenuating(color, distance_m)
 }
 
 /// A flat mesh of side `size` round the origin, facing up, u along x and v along z.

@@ -97,28 +97,15 @@ pub(crate) fn sphere(n: u32) -> Mesh {
 }
 
 pub(crate) fn matte() -> Material {
-    Material {
-        name: "matte".into(),
-        base_color: [1.0; 3],
-        metallic: 0.0,
-        roughness: 1.0,
-        transmission: 0.0,
-        dispersion: Dispersion::Constant { n: 1.5 },
-        attenuation: None,
-        thickness_m: 0.0,
-        iridescence: None,
-        emissive: [0.0; 3],
-        double_sided: false,
-    }
+    Material::matt("matte", [1.0; 3])
 }
 
 pub(crate) fn glass(n: f64) -> Material {
-    Material { name: "glass".into(), transmission: 1.0, dispersion: Dispersion::Constant { n }, ..matte() }
+    Material::glass("glass", Dispersion::Constant { n })
 }
 
-/// A mirror.
 pub(crate) fn metal(base_color: [f64; 3]) -> Material {
-    Material { name: "metal".into(), base_color, metallic: 1.0, roughness: 0.0, ..matte() }
+    Material::mirror("metal", base_color)
 }
 
 /// Makes [`square`] a panel: u along `u`, front to `normal`.

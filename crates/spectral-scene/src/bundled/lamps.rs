@@ -5,9 +5,9 @@ use spectral_core::light::LightSpectrum;
 
 use super::catalogue;
 use super::facets::equilateral_prism;
-use super::stage::{GREY, Stage, clear, matte, polished, quad, tinted};
+use super::stage::{GREY, Stage, clear, matte, quad};
 use super::surfaces::SphereGrid;
-use crate::{Light, LightShape, Scene};
+use crate::{Light, LightShape, Material, Scene};
 
 const SILVER: [f64; 3] = [0.97, 0.96, 0.92];
 const BLUE: [f64; 3] = [0.25, 0.5, 1.0];
@@ -24,13 +24,17 @@ pub(super) fn scene() -> Scene {
     let glass = clear("N-BK7", catalogue("N-BK7"), 2.0 * GLASS_RADIUS_M);
     let at = |x: f64, y: f64, z: f64| DMat4::from_translation(DVec3::new(x, y, z));
     stage.place(ball("ball", GLASS_RADIUS_M), glass, at(-0.075, 0.045, 0.02));
-    let green = tinted(clear("green glass", catalogue("N-SF11"), 0.03), [0.45, 0.9, 0.5], 0.03);
+    let green = clear("green glass", catalogue("N-SF11"), 0.03).attenuating([0.45, 0.9, 0.5], 0.03);
     // Lying on one side, turned a little.
     let lying = at(0.015, 0.022, 0.055)
         * DMat4::from_rotation_y(0.5)
         * DMat4::from_rotation_z(0.5 * std::f64::consts::PI);
     stage.place(equilateral_prism(0.05, 0.06), green, lying);
-    stage.place(ball("mirror-ball", MIRROR_RADIUS_M), polished("silver", SILVER), at(0.09, 0.031, -0.02));
+    stage.place(
+        ball("mirror-ball", MIRROR_RADIUS_M),
+        Material::mirror("silver", SILVER),
+        at(0.09, 0.031, -0.02),
+    );
 
     stage.sun(DVec3::new(0.5, -1.0, -0.25), 400.0, LightSpectrum::default());
     let spot_m = DVec3::new(0.35, 0.45, 0.25);

@@ -3,9 +3,9 @@
 use glam::{DMat4, DVec3};
 use spectral_core::light::LightSpectrum;
 
-use super::stage::{Stage, polished};
+use super::stage::Stage;
 use super::surfaces::{ProfilePoint, revolve};
-use crate::Scene;
+use crate::{Material, Scene};
 
 const SEGMENTS: u32 = 256;
 const INNER_RADIUS_M: f64 = 0.050;
@@ -20,7 +20,7 @@ pub(super) fn scene() -> Scene {
     stage.floor(0.015, 0.0, 0.12);
     // Half a millimetre of air keeps ring and floor apart.
     let world_from_ring = DMat4::from_translation(DVec3::Y * 0.0005);
-    stage.place(revolve("ring", &profile(), SEGMENTS), polished("gold", GOLD), world_from_ring);
+    stage.place(revolve("ring", &profile(), SEGMENTS), Material::mirror("gold", GOLD), world_from_ring);
     stage.sun(DVec3::new(0.85, -0.52, -0.2), 1000.0, LightSpectrum::default());
     stage.camera(DVec3::new(-0.01, 0.15, 0.11), DVec3::new(0.012, 0.0, 0.004));
     stage.0

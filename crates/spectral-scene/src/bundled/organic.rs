@@ -4,8 +4,8 @@ use glam::{DMat4, DVec3};
 use spectral_core::light::LightSpectrum;
 
 use super::catalogue;
-use super::stage::{Stage, clear, tinted};
-use super::surfaces::SphereGrid;
+use super::stage::{Stage, clear};
+use super::surfaces::{SphereGrid, star_shaped};
 use crate::Scene;
 
 /// 20 * 83^2 faces.
@@ -31,20 +31,18 @@ pub(super) fn scene() -> Scene {
     let mut stage = Stage::new("organic");
     stage.cornell_box(0.16, 0.16);
     let shape = SphereGrid::geodesic(FREQUENCY).surface("organic", |d| {
-        let (radius, slope) = radius_and_slope(d);
-        (d * radius * RADIUS_M, d * radius - slope)
+        let (point, normal) = shape_at(d);
+        (point * RADIUS_M, normal)
     });
-    let material = tinted(clear("N-F2", catalogue("N-F2"), 2.0 * RADIUS_M), [0.80, 0.93, 0.86], 0.1);
+    let material = clear("N-F2", catalogue("N-F2"), 2.0 * RADIUS_M).attenuating([0.80, 0.93, 0.86], 0.1);
     stage.place(shape, material, DMat4::from_translation(DVec3::new(-0.02, 0.055, 0.0)));
     stage.sun(DVec3::new(0.35, -1.0, -0.2), 1000.0, LightSpectrum::default());
     stage.camera(DVec3::new(0.065, 0.18, 0.21), DVec3::new(0.005, 0.042, 0.0));
     stage.0
 }
 
-/// The radius in direction `d` and its gradient on the unit sphere.
-///
-/// The surface |x| = r(x / |x|) has the normal r d - grad r.
-fn radius_and_slope(d: DVec3) -> (f64, DVec3) {
+/// The point in direction `d`, in radii, and the normal there.
+fn shape_at(d: DVec3) -> (DVec3, DVec3) {
     let (mut radius, mut gradient) = (1.0, DVec3::ZERO);
     for (axis, height, narrowness) in LOBES {
         let axis = DVec3::from(axis).normalize();
@@ -58,7 +56,7 @@ fn radius_and_slope(d: DVec3) -> (f64, DVec3) {
         radius += height * sin;
         gradient += wave * height * cos;
     }
-    (radius, gradient - d * gradient.dot(d))
+    star_shaped(d, radius, gradient)
 }
 
 #[cfg(test)]
@@ -70,9 +68,8 @@ mod tests {
     fn normal_is_perpendicular_to_the_surface() {
         for d in [DVec3::new(0.3, 0.9, 0.2), DVec3::new(-0.5, -0.6, 0.7), DVec3::new(0.6, 0.7, 0.1)] {
             let d = d.normalize();
-            let point = |d: DVec3| d.normalize() * radius_and_slope(d.normalize()).0;
-            let (radius, slope) = radius_and_slope(d);
-            let normal = (d * radius - slope).normalize();
+            let point = |d: DVec3| shape_at(d.normalize()).0;
+            let normal = shape_at(d).1.normalize();
             for along in [d.any_orthonormal_vector(), d.cross(d.any_orthonormal_vector())] {
                 let step = 1e-6;
                 let tangent = (point(d + along * step) - point(d - along * step)) / (2.0 * step);

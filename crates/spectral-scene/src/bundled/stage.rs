@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 use spectral_core::dispersion::Dispersion;
 use spectral_core::light::LightSpectrum;
 
-use crate::{Attenuation, Camera, Light, LightShape, Material, Mesh, Object, Scene};
+use crate::{Camera, Light, LightShape, Material, Mesh, Object, Scene};
 
 /// Light grey of walls and floors, linear sRGB.
 pub(super) const GREY: [f64; 3] = [0.73, 0.73, 0.73];
@@ -85,46 +85,12 @@ pub(super) fn quad(name: &str, corner: DVec3, u_edge: DVec3, v_edge: DVec3) -> M
     }
 }
 
-/// An opaque, rough surface of the given linear sRGB reflectance.
+/// An opaque, rough surface of the given linear sRGB reflectance, seen from both sides.
 pub(super) fn matte(name: &str, base_color: [f64; 3]) -> Material {
-    Material {
-        name: name.into(),
-        base_color,
-        metallic: 0.0,
-        roughness: 1.0,
-        transmission: 0.0,
-        dispersion: Dispersion::Constant { n: 1.5 },
-        attenuation: None,
-        thickness_m: 0.0,
-        iridescence: None,
-        emissive: [0.0; 3],
-        double_sided: true,
-    }
+    Material { double_sided: true, ..Material::matt(name, base_color) }
 }
 
 /// Clear, smooth glass. `thickness_m` is for other viewers of the written glTF; here geometry decides.
 pub(super) fn clear(name: &str, dispersion: Dispersion, thickness_m: f64) -> Material {
-    Material {
-        name: name.into(),
-        base_color: [1.0; 3],
-        metallic: 0.0,
-        roughness: 0.0,
-        transmission: 1.0,
-        dispersion,
-        attenuation: None,
-        thickness_m,
-        iridescence: None,
-        emissive: [0.0; 3],
-        double_sided: false,
-    }
-}
-
-/// Polished metal of the given linear sRGB reflectance at normal incidence.
-pub(super) fn polished(name: &str, base_color: [f64; 3]) -> Material {
-    Material { metallic: 1.0, roughness: 0.0, ..matte(name, base_color) }
-}
-
-/// Glass that leaves `color` of white light after `distance_m`.
-pub(super) fn tinted(clear: Material, color: [f64; 3], distance_m: f64) -> Material {
-    Material { attenuation: Some(Attenuation { color, distance_m }), ..clear }
+    Material { thickness_m, ..Material::glass(name, dispersion) }
 }

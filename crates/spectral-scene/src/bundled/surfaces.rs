@@ -85,6 +85,12 @@ impl SphereGrid {
     }
 }
 
+/// The point in direction `d` of the surface |x| = r(x / |x|) and its normal r d - grad r, the gradient taken along the
+/// sphere; any part of `gradient` across it does not count.
+pub(super) fn star_shaped(d: DVec3, radius: f64, gradient: DVec3) -> (DVec3, DVec3) {
+    (d * radius, d * radius - (gradient - d * gradient.dot(d)))
+}
+
 /// The 12 corners and 20 faces of the icosahedron, counter-clockwise from outside.
 fn icosahedron() -> (Vec<DVec3>, Vec<[u32; 3]>) {
     let golden = (1.0 + 5_f64.sqrt()) / 2.0;

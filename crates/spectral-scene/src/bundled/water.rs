@@ -4,7 +4,7 @@ use glam::{DMat4, DVec3};
 use spectral_core::light::LightSpectrum;
 
 use super::catalogue;
-use super::stage::{Stage, clear, tinted};
+use super::stage::{Stage, clear};
 use super::surfaces::{height_field, waves};
 use crate::Scene;
 
@@ -23,7 +23,7 @@ pub(super) fn scene() -> Scene {
     stage.floor(0.0, 0.0, 0.4);
     // Wider than the floor, so that no light passes beside it, however it slants.
     let surface = height_field("water", 0.8, 128, waves(DEPTH_M, &WAVES));
-    let water = tinted(clear("water", catalogue("water"), DEPTH_M), [0.75, 0.96, 0.98], 2.0);
+    let water = clear("water", catalogue("water"), DEPTH_M).attenuating([0.75, 0.96, 0.98], 2.0);
     stage.place(surface, water, DMat4::IDENTITY);
     stage.sun(DVec3::new(0.4, -1.0, 0.25), 1000.0, LightSpectrum::default());
     stage.camera(DVec3::new(0.05, 0.66, 0.27), DVec3::new(0.0, 0.0, -0.02));
