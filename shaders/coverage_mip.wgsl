@@ -1,9 +1,9 @@
-// How many texels of the emission view matter under each cell of a mip level: those that show glass, or glass behind what
-// stands before it. Host side: `passes/coverage_mip.rs`.
+// How many texels of the emission view matter under each cell of a mip level: those that show glass or a mirror, or glass
+// behind what stands before it. Host side: `passes/coverage_mip.rs`.
 
 struct CoverageMip {
     level: u32,      // 0 counts texels of tiles, a workgroup each; others add up cells of the level below
-    reserved0: u32,
+    casters: u32,    // TRIANGLE_* of what photons are for
     size: vec2<u32>, // cells of this level
 }
 
@@ -22,7 +22,7 @@ fn covered(texel: vec2<i32>) -> bool {
     if visible == NOTHING {
         return false;
     }
-    return (triangles[visible - 1u].flags & TRIANGLE_REFRACTS) != 0u
+    return (triangles[visible - 1u].flags & params.casters) != 0u
         || textureLoad(exit_visibility, texel, 0).r != NOTHING;
 }
 

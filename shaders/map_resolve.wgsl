@@ -5,6 +5,10 @@ struct MapResolve {
     faces: u32,
     scale: f32,   // light per unit of flux: XYZ lux for parallel rays, XYZ candela for rays from an eye
     power: f32,   // Shah's artistic exponent; 1 keeps energy
+    first_texel: u32, // of this path, in `caustic`
+    reserved0: u32,
+    reserved1: u32,
+    reserved2: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: MapResolve;
@@ -28,5 +32,5 @@ fn map_resolve(@builtin(global_invocation_id) id: vec3<u32>) {
     if params.power != 1.0 {
         xyz = pow(xyz, vec3<f32>(params.power));
     }
-    caustic[index] = vec4<f32>(xyz, 0.0);
+    caustic[params.first_texel + index] = vec4<f32>(xyz, 0.0);
 }

@@ -1,6 +1,7 @@
 // Caustics mapping (Shah et al.), one photon per texel of the light's emission view and wavelength, in tiles of 8 x 8: refract
-// at the entry, find and refract at the exit, find the landing, add the flux to the map. Host side: `passes/photon_trace.rs`.
+// at the entry, find and refract at the exit, or reflect at the first surface; find the landing, add the flux to the map. Host side: `passes/photon_trace.rs`.
 //
+// path      what photons do where the light meets glass or a mirror first: go in, or go back
 // band      one wavelength of one light
 // entry     where the light meets glass first
 // exit      where it leaves the same glass again
@@ -10,7 +11,7 @@ struct PhotonTrace {
     emission_view: u32,
     landing_view: u32,
     landing_faces: u32,
-    first_band: u32,          // first row of this light, in `bands`, `optics` and `ledger`
+    first_band: u32,          // first row of this light, in `bands` and `optics`
     materials: u32,           // row length of `bands` and `optics`
     interfaces: u32,          // 1: only the entry refracts (Shah); 2: the exit too
     exit_iterations: u32,
@@ -30,7 +31,14 @@ struct PhotonTrace {
     emission: u32,            // EMISSION_*
     max_groups: u32,          // of the device, per dimension
     rule: u32,                // RULE_*
+    path: u32,                // PATH_*
+    casters: u32,             // TRIANGLE_* of the surfaces that photons of this path follow
+    first_ledger: u32,        // first row of this light and path, in `ledger`
+    reserved0: u32,
 }
+
+const PATH_REFRACTED: u32 = 0u; // into glass
+const PATH_REFLECTED: u32 = 1u; // back from the first surface
 
 const EMISSION_GRID: u32 = 0u;  // tiles of the whole emission view
 const EMISSION_QUEUE: u32 = 1u; // tiles that `queue` holds
@@ -230,6 +238,95 @@ fn absorb(photon: Photon, passes: f32) -> Photon {
     return after;
 }
 
+// A photon behind all surfaces that it meets, END_LANDED if it goes on.
+struct Way {
+    photon: Photon,
+    ray: Ray,
+    absorption: f32, // on the way to the landing, per working unit
+}
+
+fn medium_of(front: Triangle, band: u32) -> Optics {
+    return optics[(params.first_band + band) * params.materials + front.material];
+}
+
+// Normal of the side that the light comes from.
+fn lit_normal(front: Triangle, hit: PlaneHit) -> vec3<f32> {
+    return select(-1.0, 1.0, hit.facing < 0.0) * interpolated_normal(front, hit);
+}
+
+// Into glass, and out again if it has a back face.
+fn refracted(emitted: Photon, view: View, light_ray: Ray, entry: Entry, band: u32) -> Way {
+    let front = triangles[entry.visible - 1u];
+    let hit = entry.hit;
+    let medium = medium_of(front, band);
+    let entering = hit.facing < 0.0;
+    let eta = select(1.0 / medium.index, medium.index, entering);
+    let first = cross_surface(light_ray.direction, lit_normal(front, hit), front, eta, params.rule);
+    let ray = Ray(light_ray.origin + hit.distance * light_ray.direction, first.direction);
+    var photon = emitted;
+    if first.end != END_LANDED {
+        photon.end = first.end;
+        return Way(photon, ray, 0.0);
+    }
+    photon.flux = flux_part(emitted.flux, part_from(1.0 - first.reflectance));
+    photon.reflected = emitted.flux - photon.flux;
+    photon = absorb(photon, medium.surface);
+    let open = (front.flags & TRIANGLE_OPEN) != 0u;
+    let inside_absorption = select(0.0, medium.absorption, entering && open);
+    if !entering || params.interfaces != 2u {
+        return Way(photon, ray, inside_absorption);
+    }
+    let exit = find_exit(view, ray, front.object);
+    if !exit.found {
+        if !open {
+            photon.end = END_NO_EXIT;
+        }
+        return Way(photon, ray, inside_absorption);
+    }
+    photon = absorb(photon, exp(-medium.absorption * exit.hit.distance));
+    let back = triangles[exit.triangle];
+    let second = cross_surface(ray.direction, -interpolated_normal(back, exit.hit), back, 1.0 / medium.index, params.rule);
+    if second.end != END_LANDED {
+        photon.end = second.end;
+        return Way(photon, ray, 0.0);
+    }
+    let left = flux_part(photon.flux, part_from(1.0 - second.reflectance));
+    photon.kept_inside = photon.flux - left;
+    photon.flux = left;
+    photon = absorb(photon, medium.surface);
+    return Way(photon, Ray(ray.origin + exit.hit.distance * ray.direction, second.direction), 0.0);
+}
+
+// Back from a mirror, or from glass; what goes in is absorbed there, or kept inside.
+fn reflected(emitted: Photon, light_ray: Ray, entry: Entry, band: u32) -> Way {
+    let front = triangles[entry.visible - 1u];
+    let hit = entry.hit;
+    let medium = medium_of(front, band);
+    let normal = lit_normal(front, hit);
+    let mirror = (front.flags & TRIANGLE_MIRROR) != 0u;
+    let outside = hit.facing < 0.0;
+    var share = 0.0;
+    if mirror {
+        share = mirror_reflectance(light_ray.direction, normal, medium.surface);
+    } else {
+        let eta = select(1.0 / medium.index, medium.index, outside);
+        share = interface_reflectance(light_ray.direction, normal, eta, params.rule);
+    }
+    let back = reflect_at(light_ray.direction, normal, front, share);
+    let ray = Ray(light_ray.origin + hit.distance * light_ray.direction, back.direction);
+    var photon = emitted;
+    if back.end != END_LANDED {
+        photon.end = back.end;
+        return Way(photon, ray, 0.0);
+    }
+    photon.flux = flux_part(emitted.flux, part_from(back.reflectance));
+    let rest = emitted.flux - photon.flux;
+    photon.absorbed = select(0u, rest, mirror);
+    photon.kept_inside = select(rest, 0u, mirror);
+    // Below an open surface it goes on through what the surface encloses.
+    return Way(photon, ray, select(medium.absorption, 0.0, outside || mirror));
+}
+
 // A photon that leaves nothing.
 fn traced(photon: Photon) -> Traced {
     return Traced(photon, false, Located(false, 0u, 0u, vec2<f32>(0.0)), vec3<u32>(0u));
@@ -246,8 +343,8 @@ fn trace(texel: vec2<u32>, band: u32) -> Traced {
         return traced(photon);
     }
     let front = triangles[seen.visible - 1u];
-    if (front.flags & TRIANGLE_REFRACTS) == 0u {
-        if textureLoad(exit_visibility, vec2<i32>(texel), 0).r != NOTHING {
+    if (front.flags & params.casters) == 0u {
+        if (front.flags & TRIANGLE_REFRACTS) == 0u && textureLoad(exit_visibility, vec2<i32>(texel), 0).r != NOTHING {
             photon.end = END_BLOCKED;
         }
         return traced(photon);
@@ -257,54 +354,26 @@ fn trace(texel: vec2<u32>, band: u32) -> Traced {
         return traced(photon);
     }
 
-    let medium = optics[(params.first_band + band) * params.materials + front.material];
-    let entering = hit.facing < 0.0;
-    let entry_normal = select(-1.0, 1.0, entering) * interpolated_normal(front, hit);
-    let first = cross_surface(light_ray.direction, entry_normal, front, select(1.0 / medium.index, medium.index, entering), params.rule);
-    if first.end != END_LANDED {
-        photon.end = first.end;
+    photon.end = END_LANDED;
+    var way: Way;
+    if params.path == PATH_REFLECTED {
+        way = reflected(photon, light_ray, seen, band);
+    } else {
+        way = refracted(photon, view, light_ray, seen, band);
+    }
+    photon = way.photon;
+    if photon.end != END_LANDED {
         return traced(photon);
     }
-    photon.flux = flux_part(aimed, part_from(1.0 - first.reflectance));
-    photon.reflected = aimed - photon.flux;
-    photon = absorb(photon, medium.surface);
-    var ray = Ray(light_ray.origin + hit.distance * light_ray.direction, first.direction);
 
-    let open = (front.flags & TRIANGLE_OPEN) != 0u;
-    var in_glass = entering;
-    if entering && params.interfaces == 2u {
-        let exit = find_exit(view, ray, front.object);
-        if !exit.found && !open {
-            photon.end = END_NO_EXIT;
-            return traced(photon);
-        }
-        if exit.found {
-            in_glass = false;
-            photon = absorb(photon, exp(-medium.absorption * exit.hit.distance));
-            let back = triangles[exit.triangle];
-            let second = cross_surface(ray.direction, -interpolated_normal(back, exit.hit), back, 1.0 / medium.index, params.rule);
-            if second.end != END_LANDED {
-                photon.end = second.end;
-                return traced(photon);
-            }
-            let left = flux_part(photon.flux, part_from(1.0 - second.reflectance));
-            photon.kept_inside = photon.flux - left;
-            photon.flux = left;
-            photon = absorb(photon, medium.surface);
-            ray = Ray(ray.origin + exit.hit.distance * ray.direction, second.direction);
-        }
-    }
-
-    let landing = find_landing(ray);
+    let landing = find_landing(way.ray);
     photon.end = landing.end;
     if landing.end != END_LANDED && !landing.beside {
         return traced(photon);
     }
     photon.astray = landing.astray;
     photon.beside = landing.beside;
-    if in_glass && open {
-        photon = absorb(photon, exp(-medium.absorption * landing.distance));
-    }
+    photon = absorb(photon, exp(-way.absorption * landing.distance));
     let lit = triangles[landing.visible - 1u].material;
     let weight = bands[(params.first_band + band) * params.materials + lit].weight;
     let deposit = vec3<u32>(
@@ -442,7 +511,7 @@ fn photon_trace(
         }
         photons += entry.y;
     }
-    let index = LEDGER_WORDS * (LEDGER_ROWS * (params.first_band + group.z) + local);
+    let index = LEDGER_WORDS * (LEDGER_ROWS * (params.first_ledger + group.z) + local);
     let before = atomicAdd(&ledger[index], low);
     if before + low < low {
         high += 1u;

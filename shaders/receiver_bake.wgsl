@@ -16,8 +16,9 @@ struct ReceiverBake {
 @group(0) @binding(5) var uv_visibility: texture_2d<u32>;
 @group(0) @binding(6) var direct_visibility: texture_2d_array<u32>;
 @group(0) @binding(7) var landing_visibility: texture_2d_array<u32>;
-@group(0) @binding(8) var entry_visibility: texture_2d<u32>;
-@group(0) @binding(9) var<storage, read_write> irradiance: array<vec4<f32>>; // direct, then refracted
+@group(0) @binding(8) var reflected_visibility: texture_2d_array<u32>;
+@group(0) @binding(9) var entry_visibility: texture_2d<u32>;
+@group(0) @binding(10) var<storage, read_write> irradiance: array<vec4<f32>>; // direct, refracted, reflected if there is any
 
 // Weights of the second and third corner at `uv`.
 fn uv_weights(triangle: u32, uv: vec2<f32>) -> vec2<f32> {
@@ -38,6 +39,7 @@ fn receiver_bake(@builtin(global_invocation_id) id: vec3<u32>) {
     let grid = vec2<f32>(params.size * params.samples);
     var direct = vec3<f32>(0.0);
     var refracted = vec3<f32>(0.0);
+    var reflected = vec3<f32>(0.0);
     var covered = 0.0;
     for (var j = 0u; j < params.samples; j++) {
         for (var i = 0u; i < params.samples; i++) {
@@ -54,6 +56,7 @@ fn receiver_bake(@builtin(global_invocation_id) id: vec3<u32>) {
             let light = irradiance_at(point, normalize(cross(e1, e2)), visible);
             direct += light.direct * params.light.xyz;
             refracted += light.refracted;
+            reflected += light.reflected;
             covered += 1.0;
         }
     }
@@ -62,5 +65,8 @@ fn receiver_bake(@builtin(global_invocation_id) id: vec3<u32>) {
         let layer = params.size.x * params.size.y;
         irradiance[index] += vec4<f32>(direct / covered, 0.0);
         irradiance[layer + index] += vec4<f32>(refracted / covered, 0.0);
+        if params.light.reflected_faces > 0u {
+            irradiance[2u * layer + index] += vec4<f32>(reflected / covered, 0.0);
+        }
     }
 }

@@ -42,8 +42,9 @@ const INVERSE_PI: f32 = 0.31830987;
 @group(0) @binding(7) var back_visibility: texture_2d<u32>;   // back faces of refractors
 @group(0) @binding(8) var direct_visibility: texture_2d_array<u32>;
 @group(0) @binding(9) var landing_visibility: texture_2d_array<u32>;
-@group(0) @binding(10) var entry_visibility: texture_2d<u32>;
-@group(0) @binding(11) var<storage, read_write> picture: array<vec4<f32>>;
+@group(0) @binding(10) var reflected_visibility: texture_2d_array<u32>;
+@group(0) @binding(11) var entry_visibility: texture_2d<u32>;
+@group(0) @binding(12) var<storage, read_write> picture: array<vec4<f32>>;
 
 // Linear sRGB that glass lets pass straight through, at a sample where `depth` is the distance of the surface behind.
 fn glass_tint(sample: vec2<i32>, ray: Ray, depth: f32) -> vec3<f32> {
@@ -88,10 +89,13 @@ fn radiance_at(sample: vec2<u32>) -> vec3<f32> {
     if !hit.crosses {
         return vec3<f32>(0.0);
     }
+    if (t.flags & TRIANGLE_MIRROR) != 0u {
+        return vec3<f32>(0.0); // it has no colour of its own
+    }
     let normal = -sign(hit.facing) * interpolated_normal(t, hit); // of the side that is seen
     let light = irradiance_at(ray.origin + hit.distance * ray.direction, normal, visible);
     let reflected = surfaces[params.first_surface + t.material].reflected;
-    let xyz = INVERSE_PI * (light.direct * reflected + light.refracted);
+    let xyz = INVERSE_PI * (light.direct * reflected + light.refracted + light.reflected);
     return tinted(xyz, glass_tint(texel, ray, hit.distance));
 }
 

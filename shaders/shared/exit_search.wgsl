@@ -21,7 +21,7 @@
 struct Optics {
     index: f32,       // refractive index
     absorption: f32,  // per working unit
-    surface: f32,     // share of refracted light that the surface lets pass
+    surface: f32,     // share of refracted light that the surface lets pass; a mirror's reflectance at normal incidence
     reserved: f32,
 }
 

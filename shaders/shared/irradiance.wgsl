@@ -1,7 +1,8 @@
 // Light of one light at a point of an opaque surface. Host side: asm-core's `shared/irradiance.rs`.
 //
-// Expects the globals `params.light`, `triangles`, `views`, `direct_visibility` (opaque surfaces), `landing_visibility`
-// (opaque surfaces behind the front of the glass), `entry_visibility` (everything, in the emission view) and `caustic`.
+// Expects the globals `params.light`, `triangles`, `views`, `direct_visibility` (opaque surfaces), `landing_visibility` (matt
+// surfaces behind the front of the glass, where refracted light lands), `reflected_visibility` (matt surfaces, where reflected
+// light lands), `entry_visibility` (everything, in the emission view) and `caustic`.
 
 struct Light {
     xyz: vec3<f32>,         // as it arrives: lux for parallel rays, candela for rays from an eye
@@ -14,13 +15,18 @@ struct Light {
     direct_view: u32,
     direct_faces: u32,
     landing_view: u32,
-    landing_faces: u32,     // 0 where the light has no map
+    landing_faces: u32,     // 0 where no refracted light is mapped
     emission_view: u32,
+    emits: u32,             // 1 where there is an emission view
+    reflected_faces: u32,   // as many as `landing_faces`, or 0 where no reflected light is mapped
+    first_reflected: u32,   // first texel of the map of reflected light, in `caustic`
+    reserved0: u32,
 }
 
 struct Irradiance {
     direct: f32,          // lux per lux or candela of the light
     refracted: vec3<f32>, // XYZ of the map
+    reflected: vec3<f32>, // light that a mirror or the outside of glass threw back, as `refracted`
 }
 
 // Share of the way to the middle of its triangle from where a point looks for what blocks its light.
@@ -79,7 +85,7 @@ fn blocked_by_opaque(lit: Lit) -> bool {
 }
 
 fn blocked_by_glass(lit: Lit) -> bool {
-    if params.light.landing_faces == 0u {
+    if params.light.emits == 0u {
         return false;
     }
     let view = views[params.light.emission_view];
@@ -99,28 +105,37 @@ fn blocked_by_glass(lit: Lit) -> bool {
     return surrounded;
 }
 
+fn landing_shown(texel: vec2<i32>, face: i32, reflected: bool) -> u32 {
+    if reflected {
+        return textureLoad(reflected_visibility, texel, face, 0).r;
+    }
+    return textureLoad(landing_visibility, texel, face, 0).r;
+}
+
 // The map at a point: bilinear, and only where the point is on the surface that the map's view sees.
-fn caustic_at(lit: Lit) -> vec3<f32> {
-    if params.light.landing_faces == 0u || lit.clear < -SAME_SURFACE {
+fn caustic_at(lit: Lit, reflected: bool) -> vec3<f32> {
+    let faces = select(params.light.landing_faces, params.light.reflected_faces, reflected);
+    if faces == 0u || lit.clear < -SAME_SURFACE {
         return vec3<f32>(0.0);
     }
-    let at = locate(params.light.landing_view, params.light.landing_faces, lit.position);
+    let at = locate(params.light.landing_view, faces, lit.position);
     if !at.found {
         return vec3<f32>(0.0);
     }
     let view = views[at.view];
     let share = fract(at.texel - 0.5);
+    let first = select(0u, params.light.first_reflected, reflected);
     var sum = vec3<f32>(0.0);
     var surrounded = true;
     for (var i = 0u; i < 4u; i++) {
         let texel = surrounding_texel(at.texel, view.size, i);
-        let visible = textureLoad(landing_visibility, texel, i32(at.face), 0).r;
+        let visible = landing_shown(texel, i32(at.face), reflected);
         if blocks(visible, lit) {
             return vec3<f32>(0.0);
         }
         surrounded = surrounded && shows_nearer(visible, lit, view, texel);
         let weight = select(1.0 - share.x, share.x, (i & 1u) == 1u) * select(1.0 - share.y, share.y, (i & 2u) == 2u);
-        sum += weight * caustic[(at.face * view.size.y + u32(texel.y)) * view.size.x + u32(texel.x)].xyz;
+        sum += weight * caustic[first + (at.face * view.size.y + u32(texel.y)) * view.size.x + u32(texel.x)].xyz;
     }
     return select(sum, vec3<f32>(0.0), surrounded);
 }
@@ -132,7 +147,7 @@ fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
     let light_ray = view_ray_through(view, p);
     let cosine = -dot(light_ray.direction, normal);
     if cosine <= 0.0 {
-        return Irradiance(0.0, vec3<f32>(0.0));
+        return Irradiance(0.0, vec3<f32>(0.0), vec3<f32>(0.0));
     }
     let distance = dot(p - light_ray.origin, light_ray.direction);
     var spread = cosine;
@@ -153,6 +168,7 @@ fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
         let cone = clamp(cosine_to_axis * params.light.spot_scale + params.light.spot_offset, 0.0, 1.0);
         direct = spread * cone * cone;
     }
+    let reflected = spread * caustic_at(lit, true);
     lit.clear = distance - params.light.landing_from;
-    return Irradiance(direct, spread * caustic_at(lit));
+    return Irradiance(direct, spread * caustic_at(lit, false), reflected);
 }

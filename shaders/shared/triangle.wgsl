@@ -20,6 +20,7 @@ struct Triangle {
 
 const TRIANGLE_REFRACTS: u32 = 1u;
 const TRIANGLE_OPEN: u32 = 2u;         // of a refractor whose surface has an edge
+const TRIANGLE_MIRROR: u32 = 4u;
 
 const NOTHING: u32 = 0u;
 

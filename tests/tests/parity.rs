@@ -1,6 +1,6 @@
 //! The same plan on every executor: one body, every scene.
 
-use asm_core::Statistics;
+use asm_core::{LightStatistics, Statistics};
 use frame_plan::DeviceInfo;
 use spectral_scene::IrradianceMaps;
 use workspace_tests::{EMISSION_SIZE, executors, small_bake, subject};
@@ -30,11 +30,14 @@ const ROUNDED_PHOTONS: f64 = 1e-3;
 /// The ledgers agree but for rounding, and each one balances exactly.
 fn assert_ledgers_agree(name: &str, a: &Statistics, b: &Statistics) {
     assert_eq!(a.lights.len(), b.lights.len(), "{name}: lights with photons");
-    for ledger in a.lights.iter().chain(&b.lights).flat_map(|l| &l.ledgers) {
+    for ledger in a.lights.iter().chain(&b.lights).flat_map(|l| l.ledgers.iter().chain(&l.reflected)) {
         assert!(ledger.balances(), "{name}: {ledger:?}");
     }
     for (a, b) in a.lights.iter().zip(&b.lights) {
-        for (nm, (a, b)) in a.wavelengths_nm.iter().zip(a.ledgers.iter().zip(&b.ledgers)) {
+        let paths = |l: &LightStatistics| [l.ledgers.clone(), l.reflected.clone()].concat();
+        let (a_paths, b_paths) = (paths(a), paths(b));
+        assert_eq!(a_paths.len(), b_paths.len(), "{name}: paths with photons");
+        for (nm, (a, b)) in a.wavelengths_nm.iter().cycle().zip(a_paths.iter().zip(&b_paths)) {
             assert_eq!(a.aimed.photons, b.aimed.photons, "{name}, {nm} nm: photons");
             let room = ROUNDED_PHOTONS * a.aimed.flux as f64;
             for (what, a, b) in [

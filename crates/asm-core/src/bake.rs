@@ -83,7 +83,8 @@ pub(crate) fn plan(
     let uv_visible =
         caustics.resources.texture("uv", TextureFormat::R32Uint, sampled, 1, "the bake's size")?;
     let corner_uvs = caustics.resources.filled("corner uvs", &caustics.geometry.corner_uvs)?;
-    let irradiance = caustics.resources.buffer("irradiance", 32 * texels, "the bake's size")?;
+    let layers = if caustics.reflects() { 3 } else { 2 };
+    let irradiance = caustics.resources.buffer("irradiance", 16 * layers * texels, "the bake's size")?;
     caustics.resources.make_readable(irradiance);
     let groups = caustics.resources.groups(size, 1, "the bake's size")?;
 
@@ -121,6 +122,7 @@ pub(crate) fn plan(
             uv_visible,
             light.direct,
             light.landing,
+            light.reflected,
             light.entry,
             irradiance,
         ];
@@ -149,6 +151,12 @@ fn check_receiver(scene: &Scene, receiver: usize) -> Result<String, PlanError> {
     if scene.material_of(receiver).is_refractor() {
         return Err(PlanError::NotAReceiver { object: name, reason: "light passes through it" });
     }
+    if scene.material_of(receiver).is_mirror() {
+        return Err(PlanError::NotAReceiver {
+            object: name,
+            reason: "it is a mirror, light does not land on it",
+        });
+    }
     if scene.meshes[object.mesh].uvs.is_empty() {
         return Err(PlanError::NotAReceiver { object: name, reason: "it has no texture coordinates" });
     }
@@ -176,13 +184,14 @@ impl BakePlan {
         let bytes = executor.read(self.irradiance)?;
         let texels: Vec<Vec4> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
         let layer = |texels: &[Vec4]| texels.iter().map(|t| t.truncate().to_array()).collect::<Vec<_>>();
-        let (direct, refracted) = texels.split_at(texels.len() / 2);
+        let (direct, others) = texels.split_at(self.size[0] as usize * self.size[1] as usize);
+        let (refracted, reflected) = others.split_at(direct.len());
         let maps = IrradianceMaps {
             width: self.size[0],
             height: self.size[1],
             direct: layer(direct),
             refracted: layer(refracted),
-            reflected: vec![[0.0; 3]; direct.len()],
+            reflected: if reflected.is_empty() { vec![[0.0; 3]; direct.len()] } else { layer(reflected) },
         };
         Ok((maps, self.books.read(executor)?))
     }

@@ -145,7 +145,9 @@ fn reflected_weights(weights_xyz: &[[f64; 3]], rho: &[f64], share: [f64; 3]) -> 
 
 /// Whether one wavelength stands for all: nothing in the scene treats two of them differently.
 pub(crate) fn one_wavelength(scene: &Scene, effects: &Effects) -> bool {
-    let tints = |m: &Material| m.is_refractor() && m.base_color.iter().any(|c| *c != m.base_color[0]);
+    let tints = |m: &Material| {
+        (m.is_refractor() || m.is_mirror()) && m.base_color.iter().any(|c| *c != m.base_color[0])
+    };
     !effects.dispersion.on && !effects.absorption.on && !scene.materials.iter().any(tints)
 }
 
@@ -178,6 +180,10 @@ impl<'a> Glass<'a> {
     }
 
     pub(crate) fn optics(&self, lambda_nm: f64, metres_per_unit: f64) -> Optics {
+        if self.material.is_mirror() {
+            let surface = self.color.at(lambda_nm) as f32;
+            return Optics { index: 1.0, absorption: 0.0, surface, reserved: 0.0 };
+        }
         if !self.material.is_refractor() {
             return Optics { index: 1.0, absorption: 0.0, surface: 1.0, reserved: 0.0 };
         }

@@ -19,7 +19,8 @@ use crate::geometry::{Geometry, bounds};
 use crate::lights::{LightSetup, Purpose, Receivers, light_setups, texel_extent};
 use crate::passes::map_resolve::MapResolve;
 use crate::passes::photon_trace::{
-    Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, PhotonTrace,
+    Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, PATH_REFLECTED, PATH_REFRACTED,
+    PhotonTrace,
 };
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
 use crate::planner::GeometryCache;
@@ -28,7 +29,7 @@ use crate::shared::exit_search::Optics;
 use crate::shared::flux::QUANTUM;
 use crate::shared::irradiance::Light as LightParams;
 use crate::shared::ledger::{LEDGER_ROWS, LEDGER_WORDS};
-use crate::shared::triangle::Triangle;
+use crate::shared::triangle::{TRIANGLE_REFRACTS, Triangle};
 use crate::shared::view::View;
 use crate::statistics::Books;
 use crate::{Emission, Interfaces, LandingUpdate, PlanError, Settings, Splat, WorkingSpace};
@@ -41,6 +42,7 @@ pub(crate) struct LightStep {
     pub(crate) params: LightParams,
     pub(crate) direct: ResourceId,
     pub(crate) landing: ResourceId,
+    pub(crate) reflected: ResourceId,
     pub(crate) entry: ResourceId,
     pub(crate) caustic: ResourceId,
 }
@@ -60,6 +62,8 @@ pub(crate) struct Caustics<'a> {
     shared: Shared,
     refinement: Option<Rc<Refinement>>,
     gaps: Option<Rc<Gaps>>,
+    /// Of the map of one path.
+    texels: u64,
 }
 
 /// Resources that lights use in turn.
@@ -70,6 +74,8 @@ struct Shared {
     exit: ResourceId,
     emission_depth: ResourceId,
     landing: ResourceId,
+    /// Where reflected light lands, if that is not what another texture holds.
+    reflected: ResourceId,
     direct: ResourceId,
     map_depth: ResourceId,
     map: ResourceId,
@@ -104,7 +110,8 @@ impl<'a> Caustics<'a> {
             setups.iter().flat_map(|s| s.bands.optics(&glasses, space.metres_per_unit)).collect();
         let triangles = resources.filled::<Triangle>("triangles", &geometry.triangles)?;
         let views = resources.filled("views", &views)?;
-        let (shared, ledger) = shared_resources(&mut resources, &setups, settings, purpose, &bands, &optics)?;
+        let (shared, ledger) =
+            shared_resources(&mut resources, &setups, settings, purpose, &geometry, &bands, &optics)?;
         let lights = setups.iter().filter(|s| s.caustic).count();
         let refinement =
             if lights > 0 { Refinement::new(&mut resources, settings, lights)?.map(Rc::new) } else { None };
@@ -124,6 +131,7 @@ impl<'a> Caustics<'a> {
             shared,
             refinement,
             gaps,
+            texels,
         })
     }
 
@@ -165,7 +173,10 @@ impl<'a> Caustics<'a> {
     pub(crate) fn books(&self) -> Books {
         let setups = self.setups.iter().filter(|s| s.caustic);
         let refinement = self.refinement.as_deref();
-        let light = |setup: &LightSetup| setup.books(&self.space, &self.view(setup.views.start), refinement);
+        let wavelengths = self.wavelengths();
+        let light = |setup: &LightSetup| {
+            setup.books(&self.space, &self.view(setup.views.start), refinement, wavelengths)
+        };
         Books {
             ledger: self.ledger,
             queue_heads: refinement.map(|r| r.heads),
@@ -173,6 +184,16 @@ impl<'a> Caustics<'a> {
             view_counts: None,
             lights: setups.map(light).collect(),
         }
+    }
+
+    /// Some light is thrown back.
+    pub(crate) fn reflects(&self) -> bool {
+        self.setups.iter().any(|s| s.reflecting != 0)
+    }
+
+    /// Wavelengths of all lights.
+    fn wavelengths(&self) -> u32 {
+        self.setups.iter().map(|s| s.bands.wavelengths_nm.len() as u32).sum()
     }
 
     fn view(&self, index: u32) -> View {
@@ -188,6 +209,7 @@ impl<'a> Caustics<'a> {
         let label = format!("light {} `{}`", setup.index, setup.name);
         let landing_view = setup.views.start + u32::from(setup.caustic);
         let faces = setup.views.end - landing_view;
+        let matt = 0..self.geometry.matt;
         let opaque = 0..self.geometry.opaque;
         let all = 0..self.geometry.triangles.len() as u32;
         let glass = opaque.end..all.end;
@@ -196,26 +218,17 @@ impl<'a> Caustics<'a> {
         for face in 0..faces {
             let view = landing_view + face;
             let map = |texture| (texture, self.shared.map_depth, face);
+            let seen = VISIBILITY_ALL_FACES;
             if setup.caustic {
-                let from_distance = if setup.separate_direct { from } else { 0.0 };
-                draws.push((
-                    "landing",
-                    map(self.shared.landing),
-                    view,
-                    opaque.clone(),
-                    VISIBILITY_ALL_FACES,
-                    from_distance,
-                ));
+                let from_distance = if setup.cut { from } else { 0.0 };
+                draws.push(("landing", map(self.shared.landing), view, matt.clone(), seen, from_distance));
+            }
+            if lands_apart(setup, &self.geometry) {
+                let target = map(self.shared.reflected);
+                draws.push(("landing of reflected light", target, view, matt.clone(), seen, 0.0));
             }
             if setup.shadows && (setup.separate_direct || !setup.caustic) {
-                draws.push((
-                    "shadow",
-                    map(self.shared.direct),
-                    view,
-                    opaque.clone(),
-                    VISIBILITY_ALL_FACES,
-                    0.0,
-                ));
+                draws.push(("shadow", map(self.shared.direct), view, opaque.clone(), seen, 0.0));
             }
         }
         if setup.caustic {
@@ -244,6 +257,22 @@ impl<'a> Caustics<'a> {
         Ok(self.light_step(i, label, landing_view, faces))
     }
 
+    /// First texel of the map of reflected light: behind that of refracted light, if there is one.
+    fn first_reflected(&self, setup: &LightSetup) -> u32 {
+        if setup.refracted { self.texels as u32 } else { 0 }
+    }
+
+    /// What shows where reflected light lands: all matt surfaces, as far as the light sees them.
+    fn reflected_landing(&self, setup: &LightSetup) -> ResourceId {
+        if lands_apart(setup, &self.geometry) {
+            self.shared.reflected
+        } else if setup.cut {
+            self.shared.direct // nothing opaque is a mirror
+        } else {
+            self.shared.landing
+        }
+    }
+
     fn light_step(&mut self, i: usize, label: String, landing_view: u32, faces: u32) -> LightStep {
         let setup = &self.setups[i];
         let [x, y, z] = setup.bands.xyz;
@@ -254,13 +283,18 @@ impl<'a> Caustics<'a> {
             spot_scale: setup.spot_scale,
             spot_offset: setup.spot_offset,
             range: setup.range,
-            landing_from: if setup.separate_direct { setup.landing_from as f32 } else { 0.0 },
+            landing_from: if setup.cut { setup.landing_from as f32 } else { 0.0 },
             direct_view: landing_view,
             direct_faces: if setup.shadows { faces } else { 0 },
             landing_view,
-            landing_faces: if setup.caustic { faces } else { 0 },
+            landing_faces: if setup.refracted { faces } else { 0 },
             emission_view: setup.views.start,
+            emits: u32::from(setup.caustic),
+            reflected_faces: if setup.reflecting != 0 { faces } else { 0 },
+            first_reflected: self.first_reflected(setup),
+            reserved0: 0,
         };
+        let reflected = self.reflected_landing(setup);
         let (caustic, separate, shadows) = (setup.caustic, setup.separate_direct, setup.shadows);
         let nothing = self.resources.nothing();
         LightStep {
@@ -273,6 +307,7 @@ impl<'a> Caustics<'a> {
                 (true, false) => self.shared.landing,
             },
             landing: if caustic { self.shared.landing } else { nothing },
+            reflected: if setup.reflecting != 0 { reflected } else { nothing },
             entry: if caustic { self.shared.entry } else { nothing },
             caustic: self.shared.caustic,
         }
@@ -361,6 +396,10 @@ impl<'a> Caustics<'a> {
             emission: if self.refinement.is_some() { EMISSION_QUEUE } else { EMISSION_GRID },
             max_groups: self.resources.max_groups(),
             rule: settings.refraction.code(),
+            path: PATH_REFRACTED,
+            casters: TRIANGLE_REFRACTS,
+            first_ledger: setup.first_band,
+            reserved0: 0,
         };
         let largest = setup.bands.largest;
         let scale = match settings.shah_intensity {
@@ -375,6 +414,10 @@ impl<'a> Caustics<'a> {
             faces,
             scale: scale as f32,
             power: settings.artistic_power.unwrap_or(1.0) as f32,
+            first_texel: 0,
+            reserved0: 0,
+            reserved1: 0,
+            reserved2: 0,
         };
         let exit = if setup.exits { Some(self.shared.exit) } else { None };
         let wavelengths = setup.bands.wavelengths_nm.len() as u32;
@@ -383,48 +426,70 @@ impl<'a> Caustics<'a> {
         let exit = exit.unwrap_or_else(|| self.resources.nothing());
         let refinement = self.refinement.clone();
         let queue = refinement.as_ref().map_or(self.shared.no_queue, |r| r.photons());
-        let shared = &self.shared;
         let ledger = self.ledger.expect("plans with caustics have a ledger");
-        let trace_bindings = [
-            self.triangles,
-            self.views,
-            shared.bands,
-            shared.optics,
-            shared.entry,
-            exit,
-            shared.landing,
-            shared.map,
-            ledger,
-            queue,
-        ];
+        let (refracted, reflecting) = (setup.refracted, setup.reflecting);
+        let casters = if refracted { TRIANGLE_REFRACTS | reflecting } else { reflecting };
+        let reflected = PhotonTrace {
+            path: PATH_REFLECTED,
+            casters: reflecting,
+            first_ledger: setup.first_band + if refracted { self.wavelengths() } else { 0 },
+            landing_center: setup.reflected_center,
+            ..trace
+        };
+        let reflected_resolve = MapResolve { first_texel: self.first_reflected(setup), ..resolve };
+        let reflected_landing = self.reflected_landing(setup);
         let gaps = self.gaps.clone().filter(|_| setup.gaps);
-        let landed = gaps.as_ref().map_or(shared.map, |g| g.filled);
-        let resolve_bindings = [self.views, landed, shared.caustic];
         if let Some(refinement) = &refinement {
-            let view = EmissionView { entry: self.shared.entry, exit, wavelengths };
+            let view = EmissionView { entry: self.shared.entry, exit, wavelengths, casters };
             self.refine(refinement, label, &view);
             let light = self.setups[..i].iter().filter(|s| s.caustic).count();
             self.keep_heads(refinement, light);
         }
-        self.resources.plan.steps.push(Step::ClearBuffer { buffer: self.shared.map });
-        let pass = self.pass_step("photon_trace", label, &trace, trace_bindings.map(Bound::from).to_vec());
-        self.resources.plan.steps.push(if refinement.is_some() {
-            Step::DispatchIndirect { pass, arguments: queue, offset_bytes: QUEUE_ARGUMENTS_BYTES }
-        } else {
-            Step::Dispatch { pass, groups: trace_groups }
-        });
-        if let Some(gaps) = &gaps {
-            let light = self.setups[..i].iter().filter(|s| s.gaps).count();
-            let maps = GapMaps { size: map.size, faces, map: self.shared.map, landing: self.shared.landing };
-            self.fill_gaps(gaps, label, light, &maps)?;
+        let landing = self.shared.landing;
+        let paths = [
+            (refracted, label.to_owned(), trace, landing, gaps, resolve),
+            (
+                reflecting != 0,
+                format!("{label}, reflected"),
+                reflected,
+                reflected_landing,
+                None,
+                reflected_resolve,
+            ),
+        ];
+        for (_, label, trace, landing, gaps, resolve) in paths.into_iter().filter(|(kept, ..)| *kept) {
+            let shared = &self.shared;
+            let trace_bindings = [
+                self.triangles,
+                self.views,
+                shared.bands,
+                shared.optics,
+                shared.entry,
+                exit,
+                landing,
+                shared.map,
+                ledger,
+                queue,
+            ];
+            let landed = gaps.as_ref().map_or(shared.map, |g| g.filled);
+            let resolve_bindings = [self.views, landed, shared.caustic];
+            self.resources.plan.steps.push(Step::ClearBuffer { buffer: self.shared.map });
+            let trace_bindings = trace_bindings.map(Bound::from).to_vec();
+            let pass = self.pass_step("photon_trace", &label, &trace, trace_bindings);
+            self.resources.plan.steps.push(if refinement.is_some() {
+                Step::DispatchIndirect { pass, arguments: queue, offset_bytes: QUEUE_ARGUMENTS_BYTES }
+            } else {
+                Step::Dispatch { pass, groups: trace_groups }
+            });
+            if let Some(gaps) = &gaps {
+                let light = self.setups[..i].iter().filter(|s| s.gaps).count();
+                let maps =
+                    GapMaps { size: map.size, faces, map: self.shared.map, landing: self.shared.landing };
+                self.fill_gaps(gaps, &label, light, &maps)?;
+            }
+            let bindings = resolve_bindings.map(Bound::from).to_vec();
+            self.dispatch("map_resolve", &label, &resolve, bindings, resolve_groups);
         }
-        self.dispatch(
-            "map_resolve",
-            label,
-            &resolve,
-            resolve_bindings.map(Bound::from).to_vec(),
-            resolve_groups,
-        );
         Ok(())
     }
 }
@@ -458,6 +523,13 @@ pub(crate) fn guard_texels(splat: Splat, size: u32) -> u32 {
     }
 }
 
+/// No other texture shows where reflected light lands: refracted light lands farther behind, and in what throws shadows there
+/// are mirrors.
+fn lands_apart(setup: &LightSetup, geometry: &Geometry) -> bool {
+    let shows_matt = setup.shadows && geometry.opaque == geometry.matt;
+    setup.reflecting != 0 && setup.cut && !shows_matt
+}
+
 /// Most views of any light's map.
 fn map_faces(setups: &[LightSetup]) -> u32 {
     setups.iter().map(|s| s.views.end - s.views.start - u32::from(s.caustic)).max().unwrap_or(1)
@@ -473,6 +545,7 @@ fn shared_resources(
     setups: &[LightSetup],
     settings: &Settings,
     purpose: &Purpose,
+    geometry: &Geometry,
     bands: &[Band],
     optics: &[Optics],
 ) -> Result<(Shared, Option<ResourceId>), PlanError> {
@@ -480,6 +553,7 @@ fn shared_resources(
     let caustic = setups.iter().any(|s| s.caustic);
     let exits = setups.iter().any(|s| s.exits);
     let direct = setups.iter().any(|s| s.shadows && (s.separate_direct || !s.caustic));
+    let apart = setups.iter().any(|s| lands_apart(s, geometry));
     let faces = map_faces(setups);
     let emission = [settings.emission_size; 2];
     let map = [purpose.map_size; 2];
@@ -492,10 +566,12 @@ fn shared_resources(
     let exit = texture(exits, "exit", id, emission, 1, "emission_size")?;
     let emission_depth = texture(caustic, "emission depth", depth, emission, 1, "emission_size")?;
     let landing = texture(caustic, "landing", id, map, faces, "map_size")?;
+    let reflected = texture(apart, "landing of reflected light", id, map, faces, "map_size")?;
     let direct = texture(direct, "shadow", id, map, faces, "map_size")?;
     let map_depth = texture(!setups.is_empty(), "map depth", depth, map, 1, "map_size")?;
     // Where nothing makes a map, the buffer that shading binds is the smallest there is.
-    let caustic_texels = if caustic { texels } else { 1 };
+    let paths = |s: &LightSetup| u32::from(s.refracted) + u32::from(s.reflecting != 0);
+    let paths = setups.iter().map(paths).max().unwrap_or(0);
     let shared = Shared {
         bands: resources.filled("bands", bands)?,
         optics: resources.filled("optics", optics)?,
@@ -503,11 +579,12 @@ fn shared_resources(
         exit,
         emission_depth,
         landing,
+        reflected,
         direct,
         map_depth,
         map: if caustic { resources.buffer("map", 24 * texels, "map_size")? } else { nothing },
         caustic: if caustic {
-            resources.buffer("caustic", 16 * caustic_texels, "map_size")?
+            resources.buffer("caustic", 16 * texels * u64::from(paths), "map_size")?
         } else {
             resources.filled("caustic", &[[0.0_f32; 4]])?
         },
@@ -520,7 +597,7 @@ fn shared_resources(
     let mut ledger = None;
     if caustic {
         let wavelengths: usize = setups.iter().map(|s| s.bands.wavelengths_nm.len()).sum();
-        let words = LEDGER_WORDS * LEDGER_ROWS * wavelengths;
+        let words = LEDGER_WORDS * LEDGER_ROWS * wavelengths * paths as usize;
         let id = resources.buffer("ledger", 4 * words as u64, "wavelengths")?;
         resources.make_readable(id);
         ledger = Some(id);

@@ -5,7 +5,8 @@ use spectral_scene::{Effect, Effects, Scene};
 
 use crate::geometry::Geometry;
 use crate::lights::LightSetup;
-use crate::{Emission, GapFilling, GlassView, Interfaces, Method, Settings};
+use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS};
+use crate::{Emission, GapFilling, GlassView, Interfaces, Method, Reflections, Settings};
 
 /// What a plan ends in.
 pub(crate) enum Output<'a> {
@@ -96,16 +97,57 @@ impl Grounds<'_> {
         self.setups.iter().any(|s| s.caustic)
     }
 
+    /// Light goes into glass.
+    fn refracted(&self) -> bool {
+        self.setups.iter().any(|s| s.refracted)
+    }
+
+    /// `TRIANGLE_*` of what light is thrown back from.
+    fn reflecting(&self) -> u32 {
+        self.setups.iter().fold(0, |flags, s| flags | s.reflecting)
+    }
+
     /// Why there are photons, or why not.
     fn photon_reason(&self) -> String {
-        let caustics = &self.effects.caustics;
-        match (self.caustic(), self.lit()) {
-            (true, _) => kept_for("caustics", caustics),
-            (false, false) => DARK.into(),
-            (false, true) if caustics.on => {
-                format!("{}, but no glass, or nothing behind it, has an area", state("caustics", caustics))
-            }
-            (false, true) => state("caustics", caustics),
+        let Effects { caustics, reflective_caustics, .. } = self.effects;
+        if self.caustic() {
+            let refracted = self.refracted().then(|| kept_for("caustics", caustics));
+            let mirrored = self.reflecting() & TRIANGLE_MIRROR != 0;
+            let reflected = mirrored.then(|| kept_for("reflective caustics", reflective_caustics));
+            let reasons: Vec<_> = refracted.into_iter().chain(reflected).collect();
+            return if reasons.is_empty() { kept_for("caustics", caustics) } else { reasons.join("; ") };
+        }
+        if !self.lit() {
+            return DARK.into();
+        }
+        let refracted = if caustics.on {
+            format!("{}, but no glass, or nothing behind it, has an area", state("caustics", caustics))
+        } else {
+            state("caustics", caustics)
+        };
+        format!("{refracted}; {}", self.no_reflections())
+    }
+
+    /// Why no light is thrown back.
+    fn no_reflections(&self) -> String {
+        let reflective = &self.effects.reflective_caustics;
+        if reflective.on && self.settings.reflections == Reflections::None {
+            "reflective caustics: none were asked for".into()
+        } else {
+            state("reflective caustics", reflective)
+        }
+    }
+
+    /// What light is thrown back from.
+    fn reflection_note(&self) -> String {
+        let reflecting = self.reflecting();
+        let mirrors = (reflecting & TRIANGLE_MIRROR != 0).then_some("mirrors");
+        let outsides = (reflecting & TRIANGLE_REFRACTS != 0).then_some("the outside of glass");
+        let from: Vec<_> = mirrors.into_iter().chain(outsides).collect();
+        if from.is_empty() {
+            format!("reflected light: not traced, {}", self.no_reflections())
+        } else {
+            format!("reflected light: traced apart, thrown back once by {}", from.join(" and by "))
         }
     }
 
@@ -128,8 +170,12 @@ impl Grounds<'_> {
         let note = |index: usize| {
             let name = self.light_name(index);
             match self.setups.iter().find(|setup| setup.index == index) {
-                Some(setup) if setup.caustic => format!("{name}: direct, and through glass"),
-                Some(_) => format!("{name}: direct"),
+                Some(setup) => match (setup.refracted, setup.reflecting != 0) {
+                    (true, false) => format!("{name}: direct, and through glass"),
+                    (true, true) => format!("{name}: direct, through glass, and reflected"),
+                    (false, true) => format!("{name}: direct, and reflected"),
+                    (false, false) => format!("{name}: direct"),
+                },
                 None => match &self.settings.lights {
                     Some(chosen) if !chosen.contains(&index) => format!("{name}: not chosen"),
                     _ => format!("{name}: gives no light"),
@@ -144,7 +190,7 @@ impl Grounds<'_> {
         let shadows = self.setups.iter().any(|s| s.shadows);
         let mut reasons = Vec::new();
         if self.caustic() {
-            reasons.push(kept_for("caustics", &effects.caustics));
+            reasons.push(self.photon_reason());
         }
         if shadows {
             reasons.push(kept_for("shadows", &effects.shadows));
@@ -173,12 +219,16 @@ impl Grounds<'_> {
             return Vec::new();
         }
         let exit = match (setup.exits, self.settings.interfaces) {
+            _ if !setup.refracted => "exit: not drawn, no light goes into glass",
             (true, _) => "exit: drawn, light leaves glass by its back faces",
             (false, Interfaces::One) => "exit: not drawn, one interface was asked for",
             (false, Interfaces::Two) => "exit: not drawn, no face of glass points away from the light",
         };
         let landing = match (setup.shadows, setup.separate_direct) {
-            (true, true) => "shadow: drawn apart from landing, opaque surfaces stand before the glass",
+            (true, true) if setup.cut => {
+                "shadow: drawn apart from landing, opaque surfaces stand before the glass"
+            }
+            (true, true) => "shadow: drawn apart from landing, nothing lands on mirrors",
             (true, false) => "shadow: landing serves for it, no opaque surface stands before the glass",
             (false, _) => "shadow: not drawn, there are none",
         };
@@ -206,8 +256,13 @@ impl Grounds<'_> {
             (false, _) => (false, self.photon_reason()),
             (true, Emission::Grid) => (false, format!("{method}: a photon per texel of the emission view")),
             (true, Emission::Adaptive { levels }) => {
+                let what = match (self.refracted(), self.reflecting() & TRIANGLE_MIRROR != 0) {
+                    (true, true) => "glass or mirrors",
+                    (false, true) => "mirrors",
+                    _ => "glass",
+                };
                 let cells = if levels == 1 { "level" } else { "levels" };
-                (true, format!("{method}: photons where {levels} {cells} of the emission view show glass"))
+                (true, format!("{method}: photons where {levels} {cells} of the emission view show {what}"))
             }
         };
         ["coverage_mip", "photon_refine"].map(|pass| decision(pass, kept, reason.clone()))
@@ -240,7 +295,7 @@ impl Grounds<'_> {
             let s = if count == 1 { "" } else { "s" };
             format!("{}, {count} wavelength{s}: {why}", self.light_name(setup.index))
         });
-        turned.chain(open).chain(wavelengths).collect()
+        turned.chain(open).chain(wavelengths).chain([self.reflection_note()]).collect()
     }
 
     fn gaps(&self) -> [Decision; 3] {
@@ -249,6 +304,8 @@ impl Grounds<'_> {
         let one = |setup: &LightSetup| setup.bands.wavelengths_nm.len() == 1;
         let reason = if !self.caustic() {
             self.photon_reason()
+        } else if !self.refracted() {
+            "no light goes into glass, and reflection does not split it".into()
         } else if self.settings.gap_filling() == GapFilling::None {
             format!("{}: no gap filling was asked for", method_name(self.settings.method))
         } else if kept {

@@ -79,6 +79,8 @@ pub(crate) struct EmissionView {
     pub(crate) entry: ResourceId,
     pub(crate) exit: ResourceId,
     pub(crate) wavelengths: u32,
+    /// `TRIANGLE_*` of what photons are for.
+    pub(crate) casters: u32,
 }
 
 impl Caustics<'_> {
@@ -135,7 +137,7 @@ impl Caustics<'_> {
     fn coverage(&mut self, refinement: &Refinement, label: &str, view: &EmissionView) {
         let params: Vec<CoverageMip> = (0..)
             .zip(&refinement.sides)
-            .map(|(level, &side)| CoverageMip { level, reserved0: 0, size: UVec2::splat(side) })
+            .map(|(level, &side)| CoverageMip { level, casters: view.casters, size: UVec2::splat(side) })
             .collect();
         let plan = &mut self.resources.plan;
         let blocks = plan.add_params_per_iteration(format!("coverage_mip: {label}"), &params);

@@ -5,18 +5,20 @@ use std::ops::Range;
 use glam::{DVec3, Vec2, Vec3};
 use spectral_scene::{Scene, Topology};
 
-use crate::shared::triangle::{TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle};
+use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle};
 use crate::{PlanError, WorkingSpace};
 
 /// Most triangles in a plan: CPU mirrors see visibility buffers as f32.
 pub(crate) const MAX_TRIANGLES: usize = 1 << 24;
 
-/// All triangles of a scene: opaque objects first, then refractors.
+/// All triangles of a scene: matt objects first, then mirrors, then refractors.
 pub(crate) struct Geometry {
     pub(crate) triangles: Vec<Triangle>,
     /// Triangles of each object of the scene.
     pub(crate) objects: Vec<Range<u32>>,
-    /// Number of opaque triangles.
+    /// Number of triangles that light lands on.
+    pub(crate) matt: u32,
+    /// Number of triangles that block light, mirrors among them.
     pub(crate) opaque: u32,
     /// Texture coordinates of the receiver's triangles, three each.
     pub(crate) corner_uvs: Vec<Vec2>,
@@ -36,13 +38,18 @@ impl Geometry {
         let mut geometry = Self {
             triangles: Vec::new(),
             objects: vec![0..0; scene.objects.len()],
+            matt: 0,
             opaque: 0,
             corner_uvs: Vec::new(),
             turned: Vec::new(),
             open: Vec::new(),
         };
-        for object in scene.opaque() {
+        for object in scene.matt() {
             geometry.add(scene, space, object, receiver == Some(object), None);
+        }
+        geometry.matt = geometry.triangles.len() as u32;
+        for object in scene.mirrors() {
+            geometry.add(scene, space, object, false, None);
         }
         geometry.opaque = geometry.triangles.len() as u32;
         for object in scene.refractors() {
@@ -68,7 +75,7 @@ impl Geometry {
         let mesh = &scene.meshes[scene.objects[object].mesh];
         let world = scene.world_mesh(object);
         let positions: Vec<Vec3> = world.positions.iter().map(|&p| space.point(p)).collect();
-        let mut flags = 0;
+        let mut flags = if scene.material_of(object).is_mirror() { TRIANGLE_MIRROR } else { 0 };
         let mut inside_out = false;
         if let Some(topology) = topology {
             flags |= TRIANGLE_REFRACTS;
@@ -112,9 +119,15 @@ impl Geometry {
         corners(&self.triangles[self.opaque as usize..])
     }
 
-    /// Corners of the opaque objects.
-    pub(crate) fn opaque_corners(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
-        corners(&self.triangles[..self.opaque as usize])
+    /// Corners of the triangles with any of these flags.
+    pub(crate) fn flagged_corners(&self, flags: u32) -> impl Iterator<Item = DVec3> + Clone + '_ {
+        let flagged = self.triangles[self.matt as usize..].iter().filter(move |t| t.flags & flags != 0);
+        flagged.flat_map(|t| [t.p0, t.p1, t.p2]).map(|p| p.as_dvec3())
+    }
+
+    /// Corners of what light lands on.
+    pub(crate) fn matt_corners(&self) -> impl Iterator<Item = DVec3> + Clone + '_ {
+        corners(&self.triangles[..self.matt as usize])
     }
 
     /// Corners of one object.

@@ -40,7 +40,8 @@ pub use planner::Planner;
 pub use render::{Picture, RenderPlan, render_plan};
 pub use renderer::{AsmError, AsmRenderer, Updated};
 pub use settings::{
-    Emission, GapFilling, GlassView, Interfaces, LandingUpdate, Method, RefractionRule, Settings, Splat,
+    Emission, GapFilling, GlassView, Interfaces, LandingUpdate, Method, Reflections, RefractionRule,
+    Settings, Splat,
 };
 pub use space::WorkingSpace;
 pub use statistics::{GapEnergy, Ledger, LevelCount, LightStatistics, Statistics, Tally, ViewStatistics};

@@ -11,11 +11,11 @@ use crate::caustics::guard_texels;
 use crate::emission::Refinement;
 use crate::geometry::{Geometry, bounds};
 use crate::shared::flux::QUANTUM;
-use crate::shared::triangle::Triangle;
+use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS, Triangle};
 use crate::shared::view::View;
 use crate::statistics::LightBooks;
 use crate::view_fit::{Grid, Source, fit, fit_one};
-use crate::{GapFilling, Interfaces, PlanError, Settings, WorkingSpace};
+use crate::{GapFilling, Interfaces, PlanError, Reflections, Settings, WorkingSpace};
 
 /// Largest number of photons of a light: 2^30 units each, added up in 64 bits.
 const MAX_PHOTONS: u64 = 1 << 34;
@@ -50,17 +50,26 @@ pub(crate) struct LightSetup {
     pub(crate) first_band: u32,
     /// In `views`: emission first, then the map's.
     pub(crate) views: Range<u32>,
+    /// There are photons.
     pub(crate) caustic: bool,
+    /// Photons that go into glass.
+    pub(crate) refracted: bool,
+    /// `TRIANGLE_*` of the surfaces that other photons are thrown back from; 0 where there are none.
+    pub(crate) reflecting: u32,
     /// Glass has back faces that light may leave by.
     pub(crate) exits: bool,
     /// Gaps between wavelengths are filled.
     pub(crate) gaps: bool,
-    /// The map's views miss opaque surfaces before the glass, which shadows need.
+    /// Where refracted light lands misses matt surfaces before the glass.
+    pub(crate) cut: bool,
+    /// Where light lands misses opaque surfaces that shadows need.
     pub(crate) separate_direct: bool,
     pub(crate) shadows: bool,
     pub(crate) landing_from: f64,
     /// Middle of the bounds of the receivers behind the front of the glass.
     pub(crate) landing_center: Vec3,
+    /// Middle of the bounds of all receivers.
+    pub(crate) reflected_center: Vec3,
     pub(crate) spot_axis: Vec3,
     pub(crate) spot_scale: f32,
     pub(crate) spot_offset: f32,
@@ -73,11 +82,13 @@ pub(crate) fn texel_extent(view: &View) -> f64 {
 }
 
 impl LightSetup {
+    /// `wavelengths` are those of all lights.
     pub(crate) fn books(
         &self,
         space: &WorkingSpace,
         emission: &View,
         refinement: Option<&Refinement>,
+        wavelengths: u32,
     ) -> LightBooks {
         let area = match self.source {
             Source::Parallel(_) => space.metres_per_unit * space.metres_per_unit,
@@ -86,7 +97,9 @@ impl LightSetup {
         let extent = texel_extent(emission) * area / f64::from(QUANTUM);
         LightBooks {
             name: self.name.clone(),
-            first_band: self.first_band,
+            refracted_row: self.refracted.then_some(self.first_band),
+            reflected_row: (self.reflecting != 0)
+                .then_some(self.first_band + if self.refracted { wavelengths } else { 0 }),
             wavelengths_nm: self.bands.wavelengths_nm.clone(),
             lumens_per_unit: self.bands.weights_xyz.iter().map(|xyz| xyz[1] * extent).collect(),
             levels: refinement.map_or(0, |r| r.levels()),
@@ -113,7 +126,11 @@ pub(crate) fn light_setups(
     }
     let one = settings.prune && one_wavelength(scene, effects);
     let has_glass = geometry.triangles.len() > geometry.opaque as usize;
-    let caustic = !settings.prune || (has_glass && geometry.opaque > 0 && effects.caustics.on);
+    let has_mirrors = geometry.opaque > geometry.matt;
+    let refracted = !settings.prune || (has_glass && geometry.matt > 0 && effects.caustics.on);
+    let reflecting = reflecting(settings, effects, geometry);
+    let caustic = refracted || reflecting != 0;
+    let casters = if refracted { TRIANGLE_REFRACTS | reflecting } else { reflecting };
     // A bake holds what arrives, a picture what is reflected.
     let reflectances: Vec<SmoothSpectrum> = match purpose.receivers {
         Receivers::Object(_) => vec![SmoothSpectrum::ONE; scene.materials.len()],
@@ -131,7 +148,7 @@ pub(crate) fn light_setups(
         let first_view = views.len() as u32;
         let emission_size = UVec2::splat(settings.emission_size);
         if caustic {
-            let corners = geometry.refractor_corners();
+            let corners = geometry.flagged_corners(casters);
             views.push(fit_one(source, corners, Grid::of(emission_size, 0), REACH, &light.name)?);
         }
         let landing_from = source.nearest(geometry.refractor_corners(), REACH);
@@ -139,11 +156,11 @@ pub(crate) fn light_setups(
         let map = Grid::of(UVec2::splat(purpose.map_size), guard_texels(settings.splat, purpose.map_size));
         views.extend(match purpose.receivers {
             Receivers::Object(object) => fit(source, geometry.object_corners(object), map, REACH),
-            Receivers::Opaque => fit(source, geometry.opaque_corners(), map, REACH),
+            Receivers::Opaque => fit(source, geometry.matt_corners(), map, REACH),
         });
         let photons = u64::from(settings.emission_size).pow(2) * bands.wavelengths_nm.len() as u64;
         let split = effects.dispersion.on && bands.wavelengths_nm.len() > 1;
-        let gaps = caustic && settings.gap_filling() != GapFilling::None && (split || !settings.prune);
+        let gaps = refracted && settings.gap_filling() != GapFilling::None && (split || !settings.prune);
         // The paper's rules add up one texel as often as there are samples.
         let max = if gaps { MAX_PHOTONS / u64::from(settings.gap_samples) } else { MAX_PHOTONS };
         if caustic && photons > max {
@@ -153,6 +170,8 @@ pub(crate) fn light_setups(
                 max,
             });
         }
+        let cut =
+            refracted && (!settings.prune || source.nearest(geometry.matt_corners(), REACH) < landing_from);
         let (spot_axis, spot_scale, spot_offset, range_m) = cone(&light.shape);
         let wavelengths = bands.wavelengths_nm.len() as u32;
         setups.push(LightSetup {
@@ -163,15 +182,18 @@ pub(crate) fn light_setups(
             first_band,
             views: first_view..views.len() as u32,
             caustic,
+            refracted,
+            reflecting,
             gaps,
-            exits: caustic
+            exits: refracted
                 && settings.interfaces == Interfaces::Two
                 && (!settings.prune || faces_away(source, &geometry.triangles[geometry.opaque as usize..])),
-            separate_direct: caustic
-                && (!settings.prune || source.nearest(geometry.opaque_corners(), REACH) < landing_from),
+            cut,
+            separate_direct: caustic && (cut || has_mirrors),
             shadows: effects.shadows.on || !settings.prune,
             landing_from,
             landing_center: landing_center(source, geometry, purpose.receivers, landing_from),
+            reflected_center: landing_center(source, geometry, purpose.receivers, 0.0),
             spot_axis: spot_axis.as_vec3(),
             spot_scale: spot_scale as f32,
             spot_offset: spot_offset as f32,
@@ -182,11 +204,28 @@ pub(crate) fn light_setups(
     Ok((setups, views))
 }
 
+/// `TRIANGLE_*` of the surfaces that light is thrown back from.
+fn reflecting(settings: &Settings, effects: &Effects, geometry: &Geometry) -> u32 {
+    let (mirrors, outsides) = match settings.reflections {
+        Reflections::None => (false, false),
+        Reflections::Mirrors => (true, false),
+        Reflections::All => (true, true),
+    };
+    let lands = geometry.matt > 0;
+    let has_mirrors = geometry.opaque > geometry.matt && lands && effects.reflective_caustics.on;
+    let has_glass = geometry.triangles.len() > geometry.opaque as usize && lands && effects.caustics.on;
+    let kept = |asked: bool, called_for: bool, flag: u32| {
+        if asked && (called_for || !settings.prune) { flag } else { 0 }
+    };
+    kept(mirrors, has_mirrors, TRIANGLE_MIRROR)
+        | kept(outsides, has_glass && effects.reflection.on, TRIANGLE_REFRACTS)
+}
+
 fn landing_center(source: Source, geometry: &Geometry, receivers: Receivers, landing_from: f64) -> Vec3 {
     let (low, high) = match receivers {
         Receivers::Object(object) => bounds(geometry.object_corners(object)),
         Receivers::Opaque => bounds(
-            geometry.opaque_corners().filter(|&p| source.nearest(std::iter::once(p), REACH) >= landing_from),
+            geometry.matt_corners().filter(|&p| source.nearest(std::iter::once(p), REACH) >= landing_from),
         ),
     }
     .unwrap_or_default();

@@ -174,6 +174,7 @@ pub(crate) fn plan(
             if bends { nothing } else { back_visible },
             light.direct,
             light.landing,
+            light.reflected,
             light.entry,
             shaded,
         ];

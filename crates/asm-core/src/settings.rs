@@ -56,6 +56,19 @@ impl RefractionRule {
     }
 }
 
+/// Which reflections throw caustics: light goes back from the first surface that it meets, once.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reflections {
+    /// None.
+    None,
+    /// Those of mirrors.
+    #[default]
+    Mirrors,
+    /// Those of mirrors and of the outside of glass, which takes a second pass of photons over the glass.
+    All,
+}
+
 /// How a camera sees glass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -166,6 +179,8 @@ pub struct Settings {
     pub interfaces: Interfaces,
     /// What an interface does with light, in the map and before the camera.
     pub refraction: RefractionRule,
+    /// Which reflections throw caustics.
+    pub reflections: Reflections,
     /// How a camera sees glass; `None` is [`GlassView::Straight`] for [`Method::CausticsMap`] and [`GlassView::Deferred`] for the
     /// others.
     pub glass_view: Option<GlassView>,
@@ -209,6 +224,7 @@ impl Default for Settings {
             exit_iterations: 8,
             interfaces: Interfaces::Two,
             refraction: RefractionRule::Fresnel,
+            reflections: Reflections::Mirrors,
             glass_view: None,
             view_bounces: 3,
             splat: Splat::Auto,

@@ -23,17 +23,17 @@ pub struct Tally {
 pub struct Ledger {
     /// Through the emission view.
     pub aimed: Tally,
-    /// What the texel shows first is not glass.
+    /// What the texel shows first is not glass, or no mirror.
     pub missed: Tally,
     /// Something opaque stands in front of glass.
     pub blocked: Tally,
-    /// That met glass first.
+    /// That met first what its path is for: glass, or of reflected light mirrors.
     pub emitted: Tally,
     /// At the entry, Fresnel.
     pub reflected: Tally,
-    /// At the exit, Fresnel: internal reflections are not followed.
+    /// At the exit, Fresnel: internal reflections are not followed. Of reflected light what goes into glass.
     pub kept_inside: Tally,
-    /// In the glass and at its surfaces.
+    /// In the glass and at its surfaces, or by mirrors.
     pub absorbed: Tally,
     /// On the map.
     pub landed: Tally,
@@ -115,8 +115,11 @@ pub struct LightStatistics {
     pub wavelengths_nm: Vec<f64>,
     /// Lumens that one unit of flux stands for at each wavelength.
     pub lumens_per_unit: Vec<f64>,
-    /// The books of each wavelength.
+    /// The books of each wavelength of the light that goes into glass; empty where no such light is traced.
     pub ledgers: Vec<Ledger>,
+    /// Those of the light that mirrors, or the outside of glass, throw back; empty where no such light is traced. Nothing is
+    /// [`Ledger::reflected`] there: what mirrors do not throw back is `absorbed`, what goes into glass is `kept_inside`.
+    pub reflected: Vec<Ledger>,
     /// What adaptive emission looked at, from the coarsest level to tiles of photons; empty for a fixed grid.
     pub levels: Vec<LevelCount>,
     /// What gap filling did to the map, if it was filled.
@@ -169,7 +172,7 @@ pub struct ViewStatistics {
 pub struct Statistics {
     /// Who did the work.
     pub device: DeviceInfo,
-    /// Photons that met glass, over all wavelengths and lights.
+    /// Photons that met what they are for, glass or mirrors, over all wavelengths, lights and paths.
     pub photons: u64,
     /// The lights that had photons.
     pub lights: Vec<LightStatistics>,
@@ -183,7 +186,10 @@ pub struct Statistics {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub(crate) struct LightBooks {
     pub(crate) name: String,
-    pub(crate) first_band: u32,
+    /// First row of refracted light.
+    pub(crate) refracted_row: Option<u32>,
+    /// First row of reflected light.
+    pub(crate) reflected_row: Option<u32>,
     pub(crate) wavelengths_nm: Vec<f64>,
     pub(crate) lumens_per_unit: Vec<f64>,
     /// Levels of adaptive emission.
@@ -195,6 +201,12 @@ pub(crate) struct LightBooks {
 }
 
 impl LightBooks {
+    fn ledgers(&self, first_row: Option<u32>, words: &[u32]) -> Vec<Ledger> {
+        let Some(first_row) = first_row else { return Vec::new() };
+        let rows = words.chunks_exact(LEDGER_ROWS * LEDGER_WORDS).skip(first_row as usize);
+        rows.take(self.wavelengths_nm.len()).map(Ledger::from_words).collect()
+    }
+
     /// From the rows that gap filling left.
     fn gap_energy(&self, words: &[u32]) -> Option<GapEnergy> {
         let lumens = self.lumens_per_map_unit?;
@@ -285,12 +297,8 @@ impl Books {
                 name: light.name.clone(),
                 wavelengths_nm: light.wavelengths_nm.clone(),
                 lumens_per_unit: light.lumens_per_unit.clone(),
-                ledgers: ledger
-                    .chunks_exact(LEDGER_ROWS * LEDGER_WORDS)
-                    .skip(light.first_band as usize)
-                    .take(light.wavelengths_nm.len())
-                    .map(Ledger::from_words)
-                    .collect(),
+                ledgers: light.ledgers(light.refracted_row, &ledger),
+                reflected: light.ledgers(light.reflected_row, &ledger),
                 levels: {
                     let heads = first_head;
                     first_head += light.levels as usize * QUEUE_HEAD;
@@ -303,7 +311,11 @@ impl Books {
                 },
             })
             .collect();
-        let photons = lights.iter().flat_map(|l| &l.ledgers).map(|l| u64::from(l.emitted.photons)).sum();
+        let photons = lights
+            .iter()
+            .flat_map(|l| l.ledgers.iter().chain(&l.reflected))
+            .map(|l| u64::from(l.emitted.photons))
+            .sum();
         let view = (!view_counts.is_empty()).then(|| {
             let [seen, hidden, outside_picture, nothing, total_reflection, no_exit] = end_counts(view_counts);
             ViewStatistics { seen, hidden, outside_picture, nothing, total_reflection, no_exit }

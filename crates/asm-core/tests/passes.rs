@@ -41,7 +41,7 @@ fn triangle() -> HostLayout {
 fn light() -> HostLayout {
     layout!(Light as "Light" {
         xyz, metres_per_unit, spot_axis, spot_scale, spot_offset, range, landing_from, direct_view, direct_faces,
-        landing_view, landing_faces, emission_view,
+        landing_view, landing_faces, emission_view, emits, reflected_faces, first_reflected, reserved0,
     })
 }
 
@@ -61,9 +61,10 @@ fn every_struct_has_the_layout_of_its_wgsl() {
                 emission_view, landing_view, landing_faces, first_band, materials, interfaces, exit_iterations,
                 landing_iterations, landing_update, splat_taps, splat_sigma, exit_reach, landing_center, range, spot_axis,
                 spot_scale, spot_offset, splat_share, splat_spacing, guard_texels, emission, max_groups, rule,
+                path, casters, first_ledger, reserved0,
             }),
         ),
-        (&COVERAGE_MIP, layout!(CoverageMip as "CoverageMip" { level, reserved0, size })),
+        (&COVERAGE_MIP, layout!(CoverageMip as "CoverageMip" { level, casters, size })),
         (
             &GAP_MASK,
             layout!(GapMask as "GapMask" { size, rows, rule, threshold, offsets, reserved0, reserved1 }),
@@ -83,7 +84,12 @@ fn every_struct_has_the_layout_of_its_wgsl() {
         ),
         (&PHOTON_TRACE, layout!(Band as "Band" { weight, reserved })),
         (&PHOTON_TRACE, layout!(Optics as "Optics" { index, absorption, surface, reserved })),
-        (&MAP_RESOLVE, layout!(MapResolve as "MapResolve" { view, faces, scale, power })),
+        (
+            &MAP_RESOLVE,
+            layout!(MapResolve as "MapResolve" {
+                view, faces, scale, power, first_texel, reserved0, reserved1, reserved2,
+            }),
+        ),
         (&RECEIVER_BAKE, layout!(ReceiverBake as "ReceiverBake" { light, size, samples, first_triangle })),
         (&RECEIVER_BAKE, light()),
         (

@@ -8,7 +8,7 @@ use spectral_core::header::Format;
 use spectral_core::observer::Observer;
 use spectral_core::wavelengths::Scheme;
 
-use crate::choices::{Backend, Gaps, Glass, Method, Refraction, Rule};
+use crate::choices::{Backend, Gaps, Glass, Method, Reflected, Refraction, Rule};
 use crate::values::{self, Exposure, Size, WavelengthRange};
 use crate::view::ViewArgs;
 
@@ -186,6 +186,9 @@ pub(crate) struct PlanOptions {
     /// How a camera sees glass: straight or deferred refraction [default: the method's].
     #[arg(long, value_name = "HOW")]
     pub(crate) glass: Option<Glass>,
+    /// Which reflections throw caustics: none, mirrors, or all, which is the outside of glass too [default: mirrors].
+    #[arg(long, value_name = "WHICH")]
+    pub(crate) reflections: Option<Reflected>,
     /// Reach of gap filling, texels of the map.
     #[arg(long, value_name = "R", value_parser = clap::value_parser!(u32).range(1..=15), allow_negative_numbers = true)]
     pub(crate) gap_radius: Option<u32>,

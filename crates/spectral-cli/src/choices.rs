@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use asm_core::{GapFilling, GlassView, RefractionRule};
+use asm_core::{GapFilling, GlassView, Reflections, RefractionRule};
 use serde::Serialize;
 
 /// How light is computed.
@@ -135,6 +135,20 @@ impl FromStr for Glass {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let built = [("straight", GlassView::Straight), ("deferred", GlassView::Deferred)];
+        choose(text, &built, &[]).map(Self)
+    }
+}
+
+/// Which reflections throw caustics.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Reflected(pub(crate) Reflections);
+
+impl FromStr for Reflected {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let built =
+            [("none", Reflections::None), ("mirrors", Reflections::Mirrors), ("all", Reflections::All)];
         choose(text, &built, &[]).map(Self)
     }
 }

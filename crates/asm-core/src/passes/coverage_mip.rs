@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::{TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE, binding};
 use crate::shared::photon_queue::TILE_TEXELS;
-use crate::shared::triangle::{NOTHING, TRIANGLE_REFRACTS, Triangle};
+use crate::shared::triangle::{NOTHING, Triangle};
 
 /// Uniform of the pass; mirrors `CoverageMip` in `shaders/coverage_mip.wgsl`.
 #[repr(C)]
@@ -16,8 +16,8 @@ use crate::shared::triangle::{NOTHING, TRIANGLE_REFRACTS, Triangle};
 pub struct CoverageMip {
     /// 0 counts texels of tiles, others add up cells of the level below.
     pub level: u32,
-    /// Padding.
-    pub reserved0: u32,
+    /// `TRIANGLE_*` of what photons are for.
+    pub casters: u32,
     /// Cells of this level.
     pub size: UVec2,
 }
@@ -60,7 +60,7 @@ pub fn coverage_mip(
     let covered = |x: u32, y: u32| {
         let visible = source.load_uint(x, y);
         visible != NOTHING
-            && (triangles[visible as usize - 1].flags & TRIANGLE_REFRACTS != 0
+            && (triangles[visible as usize - 1].flags & params.casters != 0
                 || exit_visibility.load_uint(x, y) != NOTHING)
     };
     coverage.par_rows().take(params.size.y as usize).enumerate().for_each(|(y, mut row)| {

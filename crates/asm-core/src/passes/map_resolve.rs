@@ -22,6 +22,14 @@ pub struct MapResolve {
     pub scale: f32,
     /// Shah's artistic exponent; 1 keeps energy.
     pub power: f32,
+    /// First texel of this path, in `caustic`.
+    pub first_texel: u32,
+    /// Padding.
+    pub reserved0: u32,
+    /// Padding.
+    pub reserved1: u32,
+    /// Padding.
+    pub reserved2: u32,
 }
 
 /// All that an executor needs to build and run `map_resolve`.
@@ -47,6 +55,7 @@ pub const MAP_RESOLVE: PassInfo = PassInfo {
 pub fn map_resolve(params: &MapResolve, views: &[View], map: &[AtomicU32], caustic: &mut [Vec4]) {
     let view = &views[params.view as usize];
     let rows = (view.size.y * params.faces) as usize;
+    let caustic = &mut caustic[params.first_texel as usize..];
     caustic.par_chunks_mut(view.size.x as usize).take(rows).enumerate().for_each(|(row, texels)| {
         for (x, texel) in texels.iter_mut().enumerate() {
             let index = row * view.size.x as usize + x;

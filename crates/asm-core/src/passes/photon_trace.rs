@@ -20,7 +20,7 @@ use super::{
     REFRACT_WGSL, SPLAT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY,
     binding,
 };
-use crate::shared::crossing::cross_surface;
+use crate::shared::crossing::{cross_surface, interface_reflectance, mirror_reflectance, reflect_at};
 use crate::shared::exit_search::{Exit, Inside, Optics};
 use crate::shared::flux::{QUANTUM, add_64, flux_part, part_from};
 use crate::shared::ledger::*;
@@ -28,7 +28,8 @@ use crate::shared::light_views::{Located, locate, locate_clamped};
 use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_HEAD, queue_cell};
 use crate::shared::splat::splat;
 use crate::shared::triangle::{
-    NOTHING, PlaneHit, SAME_SURFACE, TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle, visible_in_layer,
+    NOTHING, PlaneHit, SAME_SURFACE, TRIANGLE_MIRROR, TRIANGLE_OPEN, TRIANGLE_REFRACTS, Triangle,
+    visible_in_layer,
 };
 use crate::shared::view::{Ray, View};
 
@@ -82,7 +83,20 @@ pub struct PhotonTrace {
     pub max_groups: u32,
     /// `RULE_*`.
     pub rule: u32,
+    /// [`PATH_REFRACTED`] or [`PATH_REFLECTED`].
+    pub path: u32,
+    /// `TRIANGLE_*` of the surfaces that photons of this path follow.
+    pub casters: u32,
+    /// First row of this light and path, in `ledger`.
+    pub first_ledger: u32,
+    /// Padding.
+    pub reserved0: u32,
 }
+
+/// Into glass.
+pub const PATH_REFRACTED: u32 = 0;
+/// Back from the first surface.
+pub const PATH_REFLECTED: u32 = 1;
 
 /// Tiles of the whole emission view.
 pub const EMISSION_GRID: u32 = 0;
@@ -220,6 +234,18 @@ struct Entry {
     hit: PlaneHit,
 }
 
+/// How a photon goes on behind all surfaces that it meets.
+struct Way {
+    ray: Ray,
+    /// On the way to the landing, per working unit.
+    absorption: f32,
+}
+
+/// Normal of the side that the light comes from.
+fn lit_normal(front: &Triangle, hit: &PlaneHit) -> Vec3 {
+    (if hit.facing < 0.0 { 1.0 } else { -1.0 }) * front.interpolated_normal(hit)
+}
+
 struct Landing {
     end: u32,
     at: Located,
@@ -255,7 +281,7 @@ pub fn photon_trace(
                 inputs.trace_tile(TILE * tile, size, band, map, &mut sums);
             }
             for (row, (flux, photons)) in sums.into_iter().enumerate() {
-                let index = LEDGER_WORDS * (LEDGER_ROWS * (inputs.params.first_band + band) as usize + row);
+                let index = LEDGER_WORDS * (LEDGER_ROWS * (inputs.params.first_ledger + band) as usize + row);
                 add_64(&ledger[index..index + 2], flux);
                 ledger[index + 2].fetch_add(photons, Ordering::Relaxed);
             }
@@ -482,6 +508,90 @@ impl Inputs<'_> {
         cone * cone
     }
 
+    fn medium(&self, front: &Triangle, band: u32) -> Optics {
+        self.optics[((self.params.first_band + band) * self.params.materials + front.material) as usize]
+    }
+
+    /// Into glass, and out again if it has a back face.
+    fn refracted(&self, photon: &mut Photon, view: &View, light_ray: Ray, entry: &Entry, band: u32) -> Way {
+        let params = &self.params;
+        let front = &self.triangles[entry.triangle as usize];
+        let hit = entry.hit;
+        let medium = self.medium(front, band);
+        let entering = hit.facing < 0.0;
+        let eta = if entering { medium.index } else { 1.0 / medium.index };
+        let first = cross_surface(light_ray.direction, lit_normal(front, &hit), front, eta, params.rule);
+        let ray =
+            Ray { origin: light_ray.origin + hit.distance * light_ray.direction, direction: first.direction };
+        if first.end != END_LANDED {
+            photon.end = first.end;
+            return Way { ray, absorption: 0.0 };
+        }
+        let emitted = photon.flux;
+        photon.flux = flux_part(emitted, part_from(1.0 - first.reflectance));
+        photon.reflected = emitted - photon.flux;
+        photon.absorb(medium.surface);
+        let open = front.flags & TRIANGLE_OPEN != 0;
+        let inside = Way { ray, absorption: if entering && open { medium.absorption } else { 0.0 } };
+        if !entering || params.interfaces != 2 {
+            return inside;
+        }
+        let Some(exit) = self.find_exit(view, ray, front.object) else {
+            if !open {
+                photon.end = END_NO_EXIT;
+            }
+            return inside;
+        };
+        photon.absorb((-medium.absorption * exit.hit.distance).exp());
+        let back = &self.triangles[exit.triangle as usize];
+        let normal = -back.interpolated_normal(&exit.hit);
+        let second = cross_surface(ray.direction, normal, back, 1.0 / medium.index, params.rule);
+        let origin = ray.origin + exit.hit.distance * ray.direction;
+        let outside = Way { ray: Ray { origin, direction: second.direction }, absorption: 0.0 };
+        if second.end != END_LANDED {
+            photon.end = second.end;
+            return outside;
+        }
+        let left = flux_part(photon.flux, part_from(1.0 - second.reflectance));
+        photon.kept_inside = photon.flux - left;
+        photon.flux = left;
+        photon.absorb(medium.surface);
+        outside
+    }
+
+    /// Back from a mirror, or from glass; what goes in is absorbed there, or kept inside.
+    fn reflected(&self, photon: &mut Photon, light_ray: Ray, entry: &Entry, band: u32) -> Way {
+        let front = &self.triangles[entry.triangle as usize];
+        let hit = entry.hit;
+        let medium = self.medium(front, band);
+        let normal = lit_normal(front, &hit);
+        let mirror = front.flags & TRIANGLE_MIRROR != 0;
+        let outside = hit.facing < 0.0;
+        let share = if mirror {
+            mirror_reflectance(light_ray.direction, normal, medium.surface)
+        } else {
+            let eta = if outside { medium.index } else { 1.0 / medium.index };
+            interface_reflectance(light_ray.direction, normal, eta, self.params.rule)
+        };
+        let back = reflect_at(light_ray.direction, normal, front, share);
+        let ray =
+            Ray { origin: light_ray.origin + hit.distance * light_ray.direction, direction: back.direction };
+        if back.end != END_LANDED {
+            photon.end = back.end;
+            return Way { ray, absorption: 0.0 };
+        }
+        let emitted = photon.flux;
+        photon.flux = flux_part(emitted, part_from(back.reflectance));
+        let rest = emitted - photon.flux;
+        if mirror {
+            photon.absorbed = rest;
+        } else {
+            photon.kept_inside = rest;
+        }
+        // Below an open surface it goes on through what the surface encloses.
+        Way { ray, absorption: if outside || mirror { 0.0 } else { medium.absorption } }
+    }
+
     /// One photon from the light to the map, and what it leaves there.
     pub fn trace(&self, texel: UVec2, band: u32) -> (Photon, Option<Deposit>) {
         let params = &self.params;
@@ -504,8 +614,9 @@ impl Inputs<'_> {
             return (photon, None);
         };
         let front = &self.triangles[triangle as usize];
-        if front.flags & TRIANGLE_REFRACTS == 0 {
-            if self.exit_visibility.load_uint(texel.x, texel.y) != NOTHING {
+        if front.flags & params.casters == 0 {
+            let shows_glass = || self.exit_visibility.load_uint(texel.x, texel.y) != NOTHING;
+            if front.flags & TRIANGLE_REFRACTS == 0 && shows_glass() {
                 photon.end = END_BLOCKED;
             }
             return (photon, None);
@@ -514,51 +625,15 @@ impl Inputs<'_> {
             return (photon, None);
         }
 
-        let medium = self.optics[((params.first_band + band) * params.materials + front.material) as usize];
-        let entering = hit.facing < 0.0;
-        let entry_normal = (if entering { 1.0 } else { -1.0 }) * front.interpolated_normal(&hit);
-        let eta = if entering { medium.index } else { 1.0 / medium.index };
-        let first = cross_surface(light_ray.direction, entry_normal, front, eta, params.rule);
-        if first.end != END_LANDED {
-            photon.end = first.end;
+        photon.end = END_LANDED;
+        let entry = Entry { triangle, hit };
+        let Way { ray, absorption } = if params.path == PATH_REFLECTED {
+            self.reflected(&mut photon, light_ray, &entry, band)
+        } else {
+            self.refracted(&mut photon, view, light_ray, &entry, band)
+        };
+        if photon.end != END_LANDED {
             return (photon, None);
-        }
-        photon.flux = flux_part(aimed, part_from(1.0 - first.reflectance));
-        photon.reflected = aimed - photon.flux;
-        photon.absorb(medium.surface);
-        let mut ray =
-            Ray { origin: light_ray.origin + hit.distance * light_ray.direction, direction: first.direction };
-
-        let open = front.flags & TRIANGLE_OPEN != 0;
-        let mut in_glass = entering;
-        if entering && params.interfaces == 2 {
-            match self.find_exit(view, ray, front.object) {
-                None if open => {}
-                None => {
-                    photon.end = END_NO_EXIT;
-                    return (photon, None);
-                }
-                Some(exit) => {
-                    in_glass = false;
-                    photon.absorb((-medium.absorption * exit.hit.distance).exp());
-                    let back = &self.triangles[exit.triangle as usize];
-                    let exit_normal = back.interpolated_normal(&exit.hit);
-                    let second =
-                        cross_surface(ray.direction, -exit_normal, back, 1.0 / medium.index, params.rule);
-                    if second.end != END_LANDED {
-                        photon.end = second.end;
-                        return (photon, None);
-                    }
-                    let left = flux_part(photon.flux, part_from(1.0 - second.reflectance));
-                    photon.kept_inside = photon.flux - left;
-                    photon.flux = left;
-                    photon.absorb(medium.surface);
-                    ray = Ray {
-                        origin: ray.origin + exit.hit.distance * ray.direction,
-                        direction: second.direction,
-                    };
-                }
-            }
         }
 
         let landing = self.find_landing(ray);
@@ -568,9 +643,7 @@ impl Inputs<'_> {
         }
         photon.astray = landing.astray;
         photon.beside = landing.beside;
-        if in_glass && open {
-            photon.absorb((-medium.absorption * landing.distance).exp());
-        }
+        photon.absorb((-absorption * landing.distance).exp());
         let lit = self.triangles[landing.visible as usize - 1].material;
         let weight = self.bands[((params.first_band + band) * params.materials + lit) as usize].weight;
         let flux = weight.map(|w| flux_part(photon.flux, w));

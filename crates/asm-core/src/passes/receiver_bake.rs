@@ -47,6 +47,7 @@ pub const RECEIVER_BAKE: PassInfo = PassInfo {
         binding("uv_visibility", VISIBILITY_TEXTURE),
         binding("direct_visibility", VISIBILITY_TEXTURE_ARRAY),
         binding("landing_visibility", VISIBILITY_TEXTURE_ARRAY),
+        binding("reflected_visibility", VISIBILITY_TEXTURE_ARRAY),
         binding("entry_visibility", VISIBILITY_TEXTURE),
         binding("irradiance", BindingKind::Write),
     ],
@@ -60,6 +61,7 @@ pub const RECEIVER_BAKE: PassInfo = PassInfo {
                 views: args.read("views"),
                 direct_visibility: args.texture("direct_visibility"),
                 landing_visibility: args.texture("landing_visibility"),
+                reflected_visibility: args.texture("reflected_visibility"),
                 entry_visibility: args.texture("entry_visibility"),
                 caustic: args.read("caustic"),
             };
@@ -85,7 +87,7 @@ fn uv_weights(params: &ReceiverBake, corner_uvs: &[Vec2], triangle: u32, uv: Vec
     Vec2::new(d.x * e2.y - d.y * e2.x, e1.x * d.y - e1.y * d.x) / area
 }
 
-/// CPU mirror; `irradiance` holds the direct layer, then the refracted one.
+/// CPU mirror; `irradiance` holds the direct layer, the refracted one and, if there is any reflected light, its own.
 pub fn receiver_bake(
     params: &ReceiverBake,
     lookup: &Lookup<'_>,
@@ -94,14 +96,23 @@ pub fn receiver_bake(
     irradiance: &mut [Vec4],
 ) {
     let width = params.size.x as usize;
-    let (direct_layer, refracted_layer) = irradiance.split_at_mut(width * params.size.y as usize);
-    let rows = direct_layer.par_chunks_mut(width).zip(refracted_layer.par_chunks_mut(width));
-    rows.enumerate().for_each(|(y, (direct_row, refracted_row))| {
+    let texels = width * params.size.y as usize;
+    let (direct_layer, others) = irradiance.split_at_mut(texels);
+    let (refracted_layer, reflected_layer) = others.split_at_mut(texels);
+    // Without reflected light there is no such layer.
+    let mut reflected_rows: Vec<&mut [Vec4]> = reflected_layer.chunks_mut(width).collect();
+    reflected_rows.resize_with(params.size.y as usize, Default::default);
+    let rows = direct_layer
+        .par_chunks_mut(width)
+        .zip(refracted_layer.par_chunks_mut(width))
+        .zip(reflected_rows.into_par_iter());
+    rows.enumerate().for_each(|(y, ((direct_row, refracted_row), reflected_row))| {
         for x in 0..width {
             let id = UVec2::new(x as u32, y as u32);
             let grid = (params.size * params.samples).as_vec2();
             let mut direct = Vec3::ZERO;
             let mut refracted = Vec3::ZERO;
+            let mut reflected = Vec3::ZERO;
             let mut covered = 0.0;
             for j in 0..params.samples {
                 for i in 0..params.samples {
@@ -119,12 +130,16 @@ pub fn receiver_bake(
                     let light = lookup.irradiance_at(point, e1.cross(e2).normalize(), visible);
                     direct += light.direct * params.light.xyz;
                     refracted += light.refracted;
+                    reflected += light.reflected;
                     covered += 1.0;
                 }
             }
             if covered > 0.0 {
                 direct_row[x] += (direct / covered).extend(0.0);
                 refracted_row[x] += (refracted / covered).extend(0.0);
+                if params.light.reflected_faces > 0 {
+                    reflected_row[x] += (reflected / covered).extend(0.0);
+                }
             }
         }
     });

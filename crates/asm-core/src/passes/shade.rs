@@ -12,7 +12,7 @@ use super::{
 };
 use crate::shared::irradiance::{Light, Lookup};
 use crate::shared::refract::refract_light;
-use crate::shared::triangle::{NOTHING, TRIANGLE_OPEN};
+use crate::shared::triangle::{NOTHING, TRIANGLE_MIRROR, TRIANGLE_OPEN};
 use crate::shared::view::Ray;
 
 /// Uniform of the pass; mirrors `Shade` in `shaders/shade.wgsl`.
@@ -94,6 +94,7 @@ pub const SHADE: PassInfo = PassInfo {
         binding("back_visibility", VISIBILITY_TEXTURE),
         binding("direct_visibility", VISIBILITY_TEXTURE_ARRAY),
         binding("landing_visibility", VISIBILITY_TEXTURE_ARRAY),
+        binding("reflected_visibility", VISIBILITY_TEXTURE_ARRAY),
         binding("entry_visibility", VISIBILITY_TEXTURE),
         binding("picture", BindingKind::Write),
     ],
@@ -109,6 +110,7 @@ pub const SHADE: PassInfo = PassInfo {
                     views: args.read("views"),
                     direct_visibility: args.texture("direct_visibility"),
                     landing_visibility: args.texture("landing_visibility"),
+                    reflected_visibility: args.texture("reflected_visibility"),
                     entry_visibility: args.texture("entry_visibility"),
                     caustic: args.read("caustic"),
                 },
@@ -199,7 +201,8 @@ impl Inputs<'_> {
         let ray = self.lookup.views[params.camera_view as usize].ray(sample.as_vec2() + 0.5);
         let t = &self.lookup.triangles[visible as usize - 1];
         let hit = t.plane_hit(ray);
-        if !hit.crosses {
+        // A mirror has no colour of its own.
+        if !hit.crosses || t.flags & TRIANGLE_MIRROR != 0 {
             return Vec3::ZERO;
         }
         let point = ray.origin + hit.distance * ray.direction;
@@ -207,7 +210,8 @@ impl Inputs<'_> {
         let normal = -hit.facing.signum() * t.interpolated_normal(&hit);
         let light = self.lookup.irradiance_at(point, normal, visible);
         let reflected = self.surfaces[(params.first_surface + t.material) as usize].reflected;
-        let xyz = std::f32::consts::FRAC_1_PI * (light.direct * reflected + light.refracted);
+        let xyz =
+            std::f32::consts::FRAC_1_PI * (light.direct * reflected + light.refracted + light.reflected);
         self.tinted(xyz, self.glass_tint(sample, ray, hit.distance))
     }
 

@@ -1,4 +1,4 @@
-//! Host side of `shaders/shared/crossing.wgsl`: light through a facet.
+//! Host side of `shaders/shared/crossing.wgsl`: light through a facet, or thrown back by it.
 
 use glam::Vec3;
 
@@ -44,6 +44,30 @@ pub fn cross_surface(direction: Vec3, normal: Vec3, facet: &Triangle, eta: f32, 
         return crossing(END_WRONG_SIDE, direction, 0.0);
     }
     crossing(END_LANDED, refraction.direction, refraction.reflectance)
+}
+
+/// What a facet throws back, `reflectance` of it; `normal` as in [`cross_surface`].
+pub fn reflect_at(direction: Vec3, normal: Vec3, facet: &Triangle, reflectance: f32) -> Crossing {
+    let cosine = direction.dot(normal);
+    let back = (direction - 2.0 * cosine * normal).normalize();
+    let n = facet.scaled_normal();
+    if cosine >= 0.0 || back.dot(n) * direction.dot(n) >= 0.0 {
+        return Crossing { end: END_WRONG_SIDE, direction, reflectance: 0.0 };
+    }
+    Crossing { end: END_LANDED, direction: back, reflectance }
+}
+
+/// Share that an interface reflects. GLSL's rule knows no reflection.
+pub fn interface_reflectance(direction: Vec3, normal: Vec3, eta: f32, rule: u32) -> f32 {
+    if eta == 1.0 || rule == RULE_GLSL { 0.0 } else { refract_light(direction, normal, eta).reflectance }
+}
+
+/// Schlick 1994, "An Inexpensive BRDF Model for Physically-based Rendering", as in glTF 2.0, appendix B.3.4; `at_normal` is
+/// the share reflected at normal incidence.
+pub fn mirror_reflectance(direction: Vec3, normal: Vec3, at_normal: f32) -> f32 {
+    let grazing = 1.0 - direction.dot(normal).abs().min(1.0);
+    let squared = grazing * grazing;
+    at_normal + (1.0 - at_normal) * squared * squared * grazing
 }
 
 /// As the GLSL specification has it; its eta is n_incident / n_transmitted.

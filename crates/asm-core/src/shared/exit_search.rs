@@ -15,7 +15,7 @@ pub struct Optics {
     pub index: f32,
     /// Absorption per working unit.
     pub absorption: f32,
-    /// Share of refracted light that the surface lets pass.
+    /// Share of refracted light that the surface lets pass; a mirror's reflectance at normal incidence.
     pub surface: f32,
     /// Padding.
     pub reserved: f32,

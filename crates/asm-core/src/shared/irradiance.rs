@@ -32,10 +32,18 @@ pub struct Light {
     pub direct_faces: u32,
     /// First of the views of opaque surfaces behind the front of the glass.
     pub landing_view: u32,
-    /// Number of those views; 0 where the light has no map.
+    /// Number of those views; 0 where no refracted light is mapped.
     pub landing_faces: u32,
-    /// View of everything round the glass.
+    /// View of everything round the glass and the mirrors.
     pub emission_view: u32,
+    /// 1 where there is an emission view.
+    pub emits: u32,
+    /// As many as `landing_faces`, or 0 where no reflected light is mapped.
+    pub reflected_faces: u32,
+    /// First texel of the map of reflected light, in `caustic`.
+    pub first_reflected: u32,
+    /// Padding.
+    pub reserved0: u32,
 }
 
 /// Light that reaches a point, by light path.
@@ -45,6 +53,8 @@ pub struct Irradiance {
     pub direct: f32,
     /// Light that came through glass, XYZ of the map: lux, and in pictures of that what the surface reflects.
     pub refracted: Vec3,
+    /// Light that a mirror or the outside of glass threw back, as `refracted`.
+    pub reflected: Vec3,
 }
 
 /// The globals that `irradiance_at` uses.
@@ -60,6 +70,8 @@ pub struct Lookup<'a> {
     pub direct_visibility: TextureView<'a>,
     /// Opaque surfaces behind the front of the glass.
     pub landing_visibility: TextureView<'a>,
+    /// Matt surfaces, where reflected light lands.
+    pub reflected_visibility: TextureView<'a>,
     /// Everything, in the emission view.
     pub entry_visibility: TextureView<'a>,
     /// The resolved map.
@@ -129,7 +141,7 @@ impl Lookup<'_> {
     }
 
     fn blocked_by_glass(&self, lit: &Lit) -> bool {
-        if self.light.landing_faces == 0 {
+        if self.light.emits == 0 {
             return false;
         }
         let view = &self.views[self.light.emission_view as usize];
@@ -150,11 +162,16 @@ impl Lookup<'_> {
     }
 
     /// The map at a point: bilinear, and only where the point is on the surface that the map's view sees.
-    fn caustic_at(&self, lit: &Lit) -> Vec3 {
-        if self.light.landing_faces == 0 || lit.clear < -SAME_SURFACE {
+    fn caustic_at(&self, lit: &Lit, reflected: bool) -> Vec3 {
+        let (faces, first, shown) = if reflected {
+            (self.light.reflected_faces, self.light.first_reflected, &self.reflected_visibility)
+        } else {
+            (self.light.landing_faces, 0, &self.landing_visibility)
+        };
+        if faces == 0 || lit.clear < -SAME_SURFACE {
             return Vec3::ZERO;
         }
-        let at = locate(self.views, self.light.landing_view, self.light.landing_faces, lit.position);
+        let at = locate(self.views, self.light.landing_view, faces, lit.position);
         if !at.found {
             return Vec3::ZERO;
         }
@@ -164,14 +181,14 @@ impl Lookup<'_> {
         let mut surrounded = true;
         for i in 0..4 {
             let texel = surrounding_texel(at.texel, view.size, i);
-            let visible = visible_in_layer(&self.landing_visibility, texel, at.face);
+            let visible = visible_in_layer(shown, texel, at.face);
             if self.blocks(visible, lit) {
                 return Vec3::ZERO;
             }
             surrounded = surrounded && self.shows_nearer(visible, lit, view, texel);
             let weight = (if i & 1 == 1 { share.x } else { 1.0 - share.x })
                 * (if i & 2 == 2 { share.y } else { 1.0 - share.y });
-            let index = (at.face * view.size.y + texel.y) * view.size.x + texel.x;
+            let index = first + (at.face * view.size.y + texel.y) * view.size.x + texel.x;
             sum += weight * self.caustic[index as usize].truncate();
         }
         if surrounded { Vec3::ZERO } else { sum }
@@ -206,7 +223,8 @@ impl Lookup<'_> {
             let cone = (cosine_to_axis * self.light.spot_scale + self.light.spot_offset).clamp(0.0, 1.0);
             direct = spread * cone * cone;
         }
+        let reflected = spread * self.caustic_at(&lit, true);
         lit.clear = distance - self.light.landing_from;
-        Irradiance { direct, refracted: spread * self.caustic_at(&lit) }
+        Irradiance { direct, refracted: spread * self.caustic_at(&lit, false), reflected }
     }
 }

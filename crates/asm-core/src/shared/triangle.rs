@@ -40,6 +40,8 @@ pub struct Triangle {
 pub const TRIANGLE_REFRACTS: u32 = 1;
 /// The triangle belongs to a refractor whose surface has an edge.
 pub const TRIANGLE_OPEN: u32 = 2;
+/// The triangle belongs to a mirror.
+pub const TRIANGLE_MIRROR: u32 = 4;
 
 /// A visibility buffer's value where it shows no triangle.
 pub const NOTHING: u32 = 0;

@@ -1,6 +1,6 @@
 //! Adaptive emission: the fixed grid's photons, less those that miss.
 
-use asm_core::{BakePlan, Emission, Ledger, Settings, Statistics, bake_plan};
+use asm_core::{BakePlan, Emission, Ledger, Reflections, Settings, Statistics, bake_plan};
 use frame_plan::Executor;
 use glam::DVec3;
 use spectral_scene::{LightShape, Scene, bundled};
@@ -81,7 +81,7 @@ fn lights_take_turns_with_the_queues() {
     scene.lights.push(light(LightShape::Point { position_m: above, range_m: None }, 2.0));
     // A block beside the plate, so that the view of both has a hole.
     place(&mut scene, "block", cuboid([0.1; 3]), glass(1.3), DVec3::new(0.4, 0.1, 0.4));
-    let settings = Settings { prune: false, ..aligned(48) };
+    let settings = Settings { prune: false, reflections: Reflections::None, ..aligned(48) };
     same_map_fewer_photons("two lights", &scene, &settings, &[3]);
 }
 

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use asm_core::shared::light_views::Located;
 use asm_core::shared::splat::splat;
 use asm_core::shared::view::View;
-use asm_core::{Settings, Splat, Statistics};
+use asm_core::{Reflections, Settings, Splat, Statistics};
 use bytemuck::Zeroable;
 use frame_plan::Executor;
 use glam::{DVec3, UVec2, Vec2};
@@ -79,6 +79,7 @@ fn one_texel_holds_every_photon() {
             wavelengths: Some(21),
             splat,
             prune: false,
+            reflections: Reflections::None,
             ..Settings::default()
         };
         assert_map_holds_what_landed(&scene, &settings);

@@ -12,6 +12,7 @@ mod hard_cases;
 mod lamps;
 mod method_plans;
 mod plans;
+mod reflections;
 mod stage;
 mod surfaces;
 mod white;

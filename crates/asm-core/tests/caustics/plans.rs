@@ -70,8 +70,8 @@ fn every_bundled_scene_has_its_plan() {
         assert_eq!(steps(&render_of(&scene, &Settings::default())), kept(&mut render.into_iter()), "{name}");
         // Without pruning every scene has every pass.
         let all = Settings { prune: false, ..Settings::default() };
-        assert_eq!(steps(&bake_of(&scene, &all)).len(), 11, "{name}");
-        assert_eq!(steps(&render_of(&scene, &all)).len(), 13, "{name}");
+        assert_eq!(steps(&bake_of(&scene, &all)).len(), 14, "{name}");
+        assert_eq!(steps(&render_of(&scene, &all)).len(), 16, "{name}");
     }
 }
 

@@ -105,7 +105,7 @@ pub(crate) fn run(plan: &BakePlan) -> (IrradianceMaps, Statistics) {
     cpu.execute().unwrap();
     let (maps, statistics) = plan.read(&mut cpu).unwrap();
     for light in &statistics.lights {
-        assert!(light.ledgers.iter().all(|ledger| ledger.balances()), "{:?}", light.ledgers);
+        assert!(light.ledgers.iter().chain(&light.reflected).all(|ledger| ledger.balances()), "{light:?}");
     }
     for layer in [&maps.direct, &maps.refracted, &maps.reflected] {
         assert!(layer.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
@@ -146,7 +146,7 @@ pub(crate) fn picture_of(scene: &Scene, size: [u32; 2], settings: &Settings) -> 
     cpu.execute().unwrap();
     let (picture, statistics) = plan.read(&mut cpu).unwrap();
     for light in &statistics.lights {
-        assert!(light.ledgers.iter().all(|ledger| ledger.balances()), "{:?}", light.ledgers);
+        assert!(light.ledgers.iter().chain(&light.reflected).all(|ledger| ledger.balances()), "{light:?}");
     }
     assert!(picture.xyz.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
     picture
