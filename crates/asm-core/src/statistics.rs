@@ -297,8 +297,8 @@ impl Books {
                 name: light.name.clone(),
                 wavelengths_nm: light.wavelengths_nm.clone(),
                 lumens_per_unit: light.lumens_per_unit.clone(),
-                ledgers: light.ledgers(light.refracted_row, &ledger),
-                reflected: light.ledgers(light.reflected_row, &ledger),
+                ledgers: light.ledgers(light.refracted_row, ledger),
+                reflected: light.ledgers(light.reflected_row, ledger),
                 levels: {
                     let heads = first_head;
                     first_head += light.levels as usize * QUEUE_HEAD;
