@@ -1,7 +1,7 @@
 //! Cases that break assumptions, on a device, against what physics says of them. Executors include this beside their `device`,
 //! which makes them.
 
-use asm_core::{Ledger, PlanError, Settings, Splat, Statistics, bake_plan, render_plan};
+use asm_core::{Ledger, PlanError, Reflections, Settings, Splat, Statistics, bake_plan, render_plan};
 use frame_plan::Executor;
 use glam::DVec3;
 use spectral_core::dispersion::Dispersion;
@@ -80,6 +80,7 @@ fn one_texel_holds_every_photon() {
             wavelengths: Some(1),
             splat,
             prune: false,
+            reflections: Reflections::None,
             ..Settings::default()
         };
         let mut plan = bake_plan(&scene, 0, [16; 2], &settings, &gpu.limits()).unwrap();
