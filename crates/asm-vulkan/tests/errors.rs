@@ -3,52 +3,20 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod device;
+#[path = "../../frame-plan/tests/on_device/errors.rs"]
+mod errors;
 mod host;
 #[path = "../../frame-plan/tests/passes/mod.rs"]
 mod passes;
 
 use std::borrow::Cow;
 
-use asm_vulkan::{VulkanExecutor, VulkanOptions};
-use device::{compiled, executor, executor_of, read, run, words};
+use device::{compiled, executor_of};
+use errors::{names_the_broken_pass, still_works};
 use frame_plan::spirv::SpirvPasses;
-use frame_plan::{ExecuteError, Executor, Plan, Resource, ResourceKind, TextureFormat};
+use frame_plan::{ExecuteError, Executor};
 use host::{Host, Spoil, spoil};
 use passes::*;
-
-/// After an error the executor still runs a good plan.
-fn still_works(executor: &mut VulkanExecutor) {
-    assert_eq!(words(&run(executor, &scale_plan(), "output"))[9], 34);
-}
-
-fn invalid(executor: &mut VulkanExecutor, plan: &Plan, text: &str) {
-    let error = executor.prepare(plan).unwrap_err();
-    assert!(matches!(error, ExecuteError::InvalidPlan { .. }), "{error}");
-    assert!(error.to_string().contains(text), "{error}");
-}
-
-#[test]
-fn oversized_resources_are_refused_before_allocation() {
-    let Some(mut gpu) = executor(PASSES) else { return };
-    let limits = gpu.limits();
-    let before = gpu.live_objects();
-    let mut plan = scale_plan();
-    plan.resources.push(Resource::buffer("large", limits.max_buffer_bytes / 4 * 4 + 4));
-    invalid(&mut gpu, &plan, &format!("the limit is {}", limits.max_buffer_bytes));
-
-    let mut plan = scale_plan();
-    plan.resources.push(Resource::texture("wide", TextureFormat::R32Float, [limits.max_texture_size + 1, 1]));
-    invalid(&mut gpu, &plan, &format!("allowed are 1 to {}", limits.max_texture_size));
-
-    // Each within its limit, all together beyond any machine's memory: 256 GiB.
-    let mut plan = scale_plan();
-    let kind =
-        ResourceKind::Texture { format: TextureFormat::Rgba32Float, size: [8192; 2], layers: 256, mips: 1 };
-    plan.resources.push(Resource { kind, ..Resource::texture("deep", TextureFormat::R32Float, [1, 1]) });
-    invalid(&mut gpu, &plan, "all resources together have 274877914944 bytes");
-    assert_eq!(gpu.live_objects(), before, "nothing was made");
-    still_works(&mut gpu);
-}
 
 #[test]
 fn missing_and_broken_spirv_are_errors_that_name_the_pass() {
@@ -69,59 +37,8 @@ fn missing_and_broken_spirv_are_errors_that_name_the_pass() {
     ];
     for (passes, says) in cases {
         let Some(mut gpu) = executor_of(passes) else { return };
-        match gpu.prepare(&scale_plan()).unwrap_err() {
-            ExecuteError::Shader { pass, reason, .. } => {
-                assert_eq!(pass, "scale");
-                assert!(reason.contains(says), "{reason}");
-            }
-            other => panic!("{other}"),
-        }
-        assert!(matches!(gpu.execute(), Err(ExecuteError::Usage(_))), "nothing is prepared");
-        let mut plan = indirect_plan();
-        plan.steps.truncate(2);
-        gpu.prepare(&plan).unwrap();
-        gpu.execute().unwrap();
-        assert_eq!(words(&read(&mut gpu, &plan, "bins")).iter().sum::<u32>(), 5000);
+        names_the_broken_pass(&mut gpu, says);
     }
-}
-
-#[test]
-fn unknown_adapters_are_refused_with_a_list() {
-    let options = VulkanOptions { adapter: Some("no such adapter".into()), ..VulkanOptions::default() };
-    match VulkanExecutor::new(compiled(PASSES), &options).err() {
-        Some(ExecuteError::NoDevice { executor, reason }) => {
-            assert_eq!(executor, "vulkan");
-            let adapters = asm_vulkan::adapters();
-            assert!(adapters.is_empty() || reason.contains("no such adapter"), "{reason}");
-            assert!(adapters.iter().all(|info| reason.contains(&info.device)), "{reason}");
-        }
-        other => panic!("{other:?}"),
-    }
-}
-
-#[test]
-fn adapters_are_chosen_by_part_of_their_name() {
-    for info in asm_vulkan::adapters() {
-        let part = info.device.chars().take(6).collect::<String>().to_uppercase();
-        let options = VulkanOptions { adapter: Some(part), ..VulkanOptions::default() };
-        let executor = VulkanExecutor::new(compiled(PASSES), &options).unwrap();
-        assert_eq!(executor.info().executor, "vulkan");
-        assert!(!executor.info().driver.is_empty());
-        assert!(executor.info().subpixel_bits.is_some_and(|bits| bits >= 4), "Vulkan guarantees 4");
-    }
-}
-
-#[test]
-fn calls_that_do_not_fit_are_refused() {
-    let Some(mut gpu) = executor(PASSES) else { return };
-    assert!(matches!(gpu.execute(), Err(ExecuteError::Usage(_))));
-    let mut plan = scale_plan();
-    let hidden = plan.add_resource(Resource::buffer("hidden", 16));
-    gpu.prepare(&plan).unwrap();
-    assert!(matches!(gpu.read(hidden), Err(ExecuteError::Usage(_))));
-    assert!(matches!(gpu.write_buffer(hidden, 12, &[0; 8]), Err(ExecuteError::Usage(_))));
-    assert!(matches!(gpu.set_params(plan.params_id("scale").unwrap(), &[]), Err(ExecuteError::Usage(_))));
-    still_works(&mut gpu);
 }
 
 #[test]

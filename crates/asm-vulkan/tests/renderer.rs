@@ -39,6 +39,10 @@ impl Screen {
         self.host.executor(ASM_PASSES)
     }
 
+    fn live_objects(&self, renderer: &mut AsmRenderer) -> Vec<(&'static str, usize)> {
+        renderer.executor().live_objects()
+    }
+
     fn show_frame(&mut self, renderer: &mut AsmRenderer, display: &Display) -> Result<(), AsmError> {
         self.show_frame_in(self.target, renderer, display)
     }

@@ -5,12 +5,14 @@
 mod device;
 #[path = "../../frame-plan/tests/on_device/frames.rs"]
 mod frames;
+mod host;
 #[path = "../../frame-plan/tests/passes/mod.rs"]
 mod passes;
 
 use asm_wgpu::WgpuExecutor;
 use device::{executor, read, words};
 use frame_plan::{ExecuteError, Executor, Lifetime, Plan, Resource, Step, TextureFormat};
+use host::Host;
 use passes::*;
 
 const SIZE: [u32; 2] = [61, 47];
@@ -21,8 +23,8 @@ fn names(gpu: &mut WgpuExecutor) -> Vec<String> {
 
 #[test]
 fn a_device_that_times_passes_only_leaves_other_steps_out() {
-    let Some(host) = host_with(wgpu::Features::TIMESTAMP_QUERY) else { return };
-    let mut gpu = WgpuExecutor::from_host(host.device.clone(), host.queue.clone(), PASSES);
+    let Some(host) = Host::new(wgpu::Features::TIMESTAMP_QUERY) else { return };
+    let mut gpu = host.executor(PASSES);
     gpu.prepare(&indirect_plan()).unwrap();
     gpu.execute().unwrap();
     let timed = host.device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
@@ -32,56 +34,11 @@ fn a_device_that_times_passes_only_leaves_other_steps_out() {
     assert_eq!(names(&mut gpu), if timed { vec!["pyramid"] } else { vec![] });
 }
 
-/// A host application: it owns instance, device and queue.
-struct Host {
-    instance: wgpu::Instance,
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-}
-
-fn host() -> Option<Host> {
-    host_with(wgpu::Features::empty())
-}
-
-/// A host whose device has those of the features that the adapter has.
-fn host_with(features: wgpu::Features) -> Option<Host> {
-    // The same rule for skipping as everywhere.
-    executor(PASSES)?;
-    let instance = wgpu::Instance::default();
-    let adapter =
-        pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default())).unwrap();
-    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
-        required_features: features & adapter.features(),
-        ..wgpu::DeviceDescriptor::default()
-    }))
-    .unwrap();
-    Some(Host { instance, device, queue })
-}
-
-/// Objects that wgpu holds, by kind.
-fn objects(host: &Host) -> Vec<(&'static str, usize)> {
-    let hub = host.instance.generate_report().unwrap().hub;
-    vec![
-        ("buffers", hub.buffers.num_allocated),
-        ("textures", hub.textures.num_allocated),
-        ("texture views", hub.texture_views.num_allocated),
-        ("bind groups", hub.bind_groups.num_allocated),
-        ("bind group layouts", hub.bind_group_layouts.num_allocated),
-        ("pipeline layouts", hub.pipeline_layouts.num_allocated),
-        ("shader modules", hub.shader_modules.num_allocated),
-        ("compute pipelines", hub.compute_pipelines.num_allocated),
-        ("render pipelines", hub.render_pipelines.num_allocated),
-        ("query sets", hub.query_sets.num_allocated),
-        ("samplers", hub.samplers.num_allocated),
-        ("command buffers", hub.command_buffers.num_allocated),
-    ]
-}
-
 /// Plans of other sizes, one after the other: what the last one held is all there is.
 #[test]
 fn changing_plans_leaks_nothing() {
-    let Some(host) = host() else { return };
-    let mut gpu = WgpuExecutor::from_host(host.device.clone(), host.queue.clone(), PASSES);
+    let Some(host) = Host::new(wgpu::Features::empty()) else { return };
+    let mut gpu = host.executor(PASSES);
     let plans = |size: u32| [visibility_plan([size, size], &fan(), 2), mips_plan(), indirect_plan()];
     let mut counts = Vec::new();
     for size in [64, 16, 128, 31] {
@@ -89,14 +46,13 @@ fn changing_plans_leaks_nothing() {
             gpu.prepare(&plan).unwrap();
             gpu.execute().unwrap();
         }
-        host.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-        counts.push(objects(&host));
+        counts.push(host.live_objects());
     }
     assert!(counts.iter().all(|count| *count == counts[0]), "{counts:?}");
     assert!(counts[0].iter().any(|(_, count)| *count > 0));
     drop(gpu);
-    host.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    assert!(objects(&host).iter().all(|(_, count)| *count == 0), "{:?}", objects(&host));
+    let left = host.live_objects();
+    assert!(left.iter().all(|(_, count)| *count == 0), "{left:?}");
 }
 
 /// The visibility plan with its integer target owned by the host.
@@ -108,30 +64,12 @@ fn hosted_plan() -> Plan {
     plan
 }
 
-fn target(
-    host: &Host,
-    format: wgpu::TextureFormat,
-    size: [u32; 2],
-    usage: wgpu::TextureUsages,
-) -> wgpu::Texture {
-    host.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("host target"),
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    })
-}
-
 /// Read a host's texture by a plan that imports it and does nothing.
 fn pixels(host: &Host, texture: &wgpu::Texture) -> Vec<u32> {
     let mut plan = Plan { name: "read".into(), ..Plan::default() };
     let resource = Resource::texture("image", TextureFormat::R32Uint, SIZE).readable();
     plan.add_resource(resource.with_lifetime(Lifetime::Imported));
-    let mut reader = WgpuExecutor::from_host(host.device.clone(), host.queue.clone(), PASSES);
+    let mut reader = host.executor(PASSES);
     reader.import_texture("image", texture.clone()).unwrap();
     reader.prepare(&plan).unwrap();
     words(&read(&mut reader, &plan, "image"))
@@ -139,20 +77,18 @@ fn pixels(host: &Host, texture: &wgpu::Texture) -> Vec<u32> {
 
 #[test]
 fn frames_are_recorded_into_a_hosts_encoder_and_texture() {
-    let Some(host) = host() else { return };
+    let Some(host) = Host::new(wgpu::Features::empty()) else { return };
     let reference =
         words(&device::run(&mut executor(PASSES).unwrap(), &visibility_plan(SIZE, &fan(), 3), "ids"));
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-    let new_target = || target(&host, wgpu::TextureFormat::R32Uint, SIZE, usage);
+    let new_target = || host.texture(wgpu::TextureFormat::R32Uint, SIZE, usage);
     let (first, second) = (new_target(), new_target());
 
-    let mut gpu = WgpuExecutor::from_host(host.device.clone(), host.queue.clone(), PASSES);
+    let mut gpu = host.executor(PASSES);
     gpu.import_texture_view("ids", first.create_view(&wgpu::TextureViewDescriptor::default())).unwrap();
     gpu.prepare(&hosted_plan()).unwrap();
     let frame = |gpu: &mut WgpuExecutor| {
-        let mut encoder = host.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        gpu.record(&mut encoder).unwrap();
-        host.queue.submit([encoder.finish()]);
+        host.frame(|encoder| gpu.record(encoder).unwrap());
     };
     frame(&mut gpu);
     assert_eq!(pixels(&host, &first), reference);
@@ -166,7 +102,7 @@ fn frames_are_recorded_into_a_hosts_encoder_and_texture() {
 
 #[test]
 fn a_host_buffer_is_read_and_one_of_the_plan_is_lent() {
-    let Some(host) = host() else { return };
+    let Some(host) = Host::new(wgpu::Features::empty()) else { return };
     let mut plan = scale_plan();
     plan.resources[0].initial = None;
     plan.resources[0].lifetime = Lifetime::Imported;
@@ -177,7 +113,7 @@ fn a_host_buffer_is_read_and_one_of_the_plan_is_lent() {
         mapped_at_creation: false,
     });
     host.queue.write_buffer(&input, 0, bytemuck::cast_slice(&[2_u32; 1000]));
-    let mut gpu = WgpuExecutor::from_host(host.device.clone(), host.queue.clone(), PASSES);
+    let mut gpu = host.executor(PASSES);
     gpu.import_buffer("input", input).unwrap();
     assert_eq!(words(&device::run(&mut gpu, &plan, "output"))[999], 13);
     assert_eq!(gpu.buffer(plan.resource("output").unwrap()).unwrap().size(), 4000);
@@ -186,8 +122,8 @@ fn a_host_buffer_is_read_and_one_of_the_plan_is_lent() {
 
 #[test]
 fn imports_that_do_not_fit_are_refused() {
-    let Some(host) = host() else { return };
-    let mut gpu = WgpuExecutor::from_host(host.device.clone(), host.queue.clone(), PASSES);
+    let Some(host) = Host::new(wgpu::Features::empty()) else { return };
+    let mut gpu = host.executor(PASSES);
     let refused = |result: Result<(), ExecuteError>, text: &str| {
         let error = result.unwrap_err();
         assert!(matches!(error, ExecuteError::Usage(_)), "{error}");
@@ -201,21 +137,22 @@ fn imports_that_do_not_fit_are_refused() {
         (wgpu::TextureFormat::R32Uint, [61, 48], attachment, "is 61 x 48, the plan wants 61 x 47"),
         (wgpu::TextureFormat::R32Uint, SIZE, sampled, "lacks the usages"),
     ] {
-        gpu.import_texture("ids", target(&host, format, size, usage)).unwrap();
+        gpu.import_texture("ids", host.texture(format, size, usage)).unwrap();
         refused(gpu.prepare(&hosted_plan()), text);
     }
-    let good = target(&host, wgpu::TextureFormat::R32Uint, SIZE, attachment);
+    let good = host.texture(wgpu::TextureFormat::R32Uint, SIZE, attachment);
     gpu.import_texture("ids", good).unwrap();
     gpu.prepare(&hosted_plan()).unwrap();
-    let bad = target(&host, wgpu::TextureFormat::R32Float, SIZE, attachment);
+    let bad = host.texture(wgpu::TextureFormat::R32Float, SIZE, attachment);
     refused(gpu.import_texture("ids", bad), "is R32Float");
 
     let mut read_back = hosted_plan();
     read_back.steps.truncate(1);
     read_back.resources[1].readable = true;
-    let view = target(&host, wgpu::TextureFormat::R32Uint, SIZE, attachment | wgpu::TextureUsages::COPY_SRC)
+    let view = host
+        .texture(wgpu::TextureFormat::R32Uint, SIZE, attachment | wgpu::TextureUsages::COPY_SRC)
         .create_view(&wgpu::TextureViewDescriptor::default());
-    let mut gpu = WgpuExecutor::from_host(host.device.clone(), host.queue.clone(), PASSES);
+    let mut gpu = host.executor(PASSES);
     gpu.import_texture_view("ids", view).unwrap();
     refused(gpu.prepare(&read_back), "is a view, but is copied or read back");
 }

@@ -3,18 +3,19 @@
 #![allow(clippy::unwrap_used, reason = "tests")]
 
 mod device;
+mod host;
 #[path = "../../asm-core/tests/on_device/renderer.rs"]
 mod renderer;
 
 use asm_core::{AsmError, PASSES};
 use asm_wgpu::{AsmRenderer, DisplayPass, WgpuExecutor};
 use frame_plan::{Lifetime, Plan, Resource, ResourceId, TextureFormat};
+use host::Host;
 use spectral_core::display::Display;
 
-/// A host application: its device, and a texture that it shows pictures in.
+/// A host application with a texture that it shows pictures in.
 struct Screen {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
+    host: Host,
     size: [u32; 2],
     target: wgpu::Texture,
     pass: DisplayPass,
@@ -23,19 +24,22 @@ struct Screen {
 impl Screen {
     /// None if there is no device and skipping is allowed.
     fn new(size: [u32; 2], encodes_srgb: bool) -> Option<Self> {
-        let executor = device::executor(PASSES)?;
-        let (device, queue) = (executor.device().clone(), executor.queue().clone());
+        let host = Host::new(wgpu::Features::FLOAT32_FILTERABLE)?;
         let format =
             if encodes_srgb { wgpu::TextureFormat::Rgba8UnormSrgb } else { wgpu::TextureFormat::Rgba8Unorm };
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-        let target = texture(&device, format, size, usage);
-        let pass = DisplayPass::new(&device, format);
-        Some(Self { device, queue, size, target, pass })
+        let target = host.texture(format, size, usage);
+        let pass = DisplayPass::new(&host.device, format);
+        Some(Self { host, size, target, pass })
     }
 
     /// An executor on the host's device.
     fn executor(&self) -> WgpuExecutor {
-        WgpuExecutor::from_host(self.device.clone(), self.queue.clone(), PASSES)
+        self.host.executor(PASSES)
+    }
+
+    fn live_objects(&self, _: &mut AsmRenderer) -> Vec<(&'static str, usize)> {
+        self.host.live_objects()
     }
 
     fn show_frame(&mut self, renderer: &mut AsmRenderer, display: &Display) -> Result<(), AsmError> {
@@ -50,7 +54,7 @@ impl Screen {
         display: &Display,
     ) -> Result<(), AsmError> {
         let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
-        let other = texture(&self.device, wgpu::TextureFormat::Rgba16Float, self.size, usage);
+        let other = self.host.texture(wgpu::TextureFormat::Rgba16Float, self.size, usage);
         self.show_frame_in(&other, renderer, display)
     }
 
@@ -61,30 +65,26 @@ impl Screen {
         display: &Display,
     ) -> Result<(), AsmError> {
         let view = target.create_view(&wgpu::TextureViewDescriptor::default());
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.pass.record_frame(renderer, &mut encoder, &view, display)?;
-        self.queue.submit([encoder.finish()]);
-        Ok(())
+        let mut result = Ok(());
+        self.host.frame(|encoder| result = self.pass.record_frame(renderer, encoder, &view, display));
+        result
     }
 
     /// Show a buffer of the executor's plan.
     fn show(&mut self, gpu: &mut WgpuExecutor, picture: ResourceId, display: &Display) {
         let view = self.target.create_view(&wgpu::TextureViewDescriptor::default());
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let picture = (gpu.buffer(picture).unwrap(), self.size);
-        self.pass.record(&self.device, &self.queue, &mut encoder, picture, &view, display);
-        self.queue.submit([encoder.finish()]);
+        let Host { device, queue, .. } = &self.host;
+        self.host.frame(|encoder| self.pass.record(device, queue, encoder, picture, &view, display));
     }
 
     /// What the target holds, as it is encoded there.
     fn pixels(&self) -> Vec<[u8; 4]> {
         // A texture of the same bytes whose format plans know, imported by a plan that only reads it.
         let usage = wgpu::TextureUsages::COPY_DST | wgpu::TextureUsages::COPY_SRC;
-        let copy = texture(&self.device, wgpu::TextureFormat::Rgba8Unorm, self.size, usage);
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let copy = self.host.texture(wgpu::TextureFormat::Rgba8Unorm, self.size, usage);
         let (from, to) = (self.target.as_image_copy(), copy.as_image_copy());
-        encoder.copy_texture_to_texture(from, to, self.target.size());
-        self.queue.submit([encoder.finish()]);
+        self.host.frame(|encoder| encoder.copy_texture_to_texture(from, to, self.target.size()));
         let mut plan = Plan { name: "read".into(), ..Plan::default() };
         let image = Resource::texture("image", TextureFormat::Rgba8Unorm, self.size).readable();
         plan.add_resource(image.with_lifetime(Lifetime::Imported));
@@ -92,22 +92,4 @@ impl Screen {
         reader.import_texture("image", copy).unwrap();
         bytemuck::pod_collect_to_vec(&device::run(&mut reader, &plan, "image"))
     }
-}
-
-fn texture(
-    device: &wgpu::Device,
-    format: wgpu::TextureFormat,
-    size: [u32; 2],
-    usage: wgpu::TextureUsages,
-) -> wgpu::Texture {
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    })
 }

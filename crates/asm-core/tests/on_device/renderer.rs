@@ -3,7 +3,7 @@
 //! The tests of the executors' crates include this file. Around it they have `device`, whose `executor()` gives an executor of
 //! asm-core's passes or none where skipping is allowed, and `Screen`, a host application with a target.
 
-use asm_core::{AsmError, AsmRenderer, PASSES, Settings, Updated, bake_plan};
+use asm_core::{AsmError, AsmRenderer, Method, PASSES, Settings, Updated, bake_plan};
 use frame_plan::cpu::CpuExecutor;
 use frame_plan::{ExecuteError, Executor, Limits, Plan, Resource};
 use spectral_core::display::{Display, ToneMap};
@@ -108,6 +108,30 @@ fn frames_in_a_hosts_commands_show_the_picture() {
     assert!(moved == fresh, "moved or made anew");
     assert!(moved != picture, "the picture has moved");
     assert_eq!(levels_apart(&moved.xyz, &screen.pixels(), &display), 0..=1);
+}
+
+/// Scenes and sizes that change between frames: once all of them have been seen, and their pipelines made, there is never more.
+#[test]
+fn resizing_and_changing_scenes_leaks_nothing() {
+    let Some(mut screen) = Screen::new([64, 48], false) else { return };
+    let mut renderer = AsmRenderer::new(screen.executor());
+    let settings = Settings { emission_size: 32, map_size: Some(64), ..Settings::of(Method::Asm) };
+    let mut counts = Vec::new();
+    for _ in 0..3 {
+        for (name, size) in [("prism", [64, 48]), ("sphere", [32, 32]), ("sphere", [48, 64])] {
+            let scene = spectral_scene::bundled(name).unwrap();
+            assert_eq!(renderer.update(&scene, 0, size, &settings).unwrap(), Updated::Prepared);
+            (0..2).for_each(|_| screen.show_frame(&mut renderer, &Display::default()).unwrap());
+        }
+        counts.push(screen.live_objects(&mut renderer));
+    }
+    assert_eq!(counts[0], counts[1]);
+    assert_eq!(counts[1], counts[2]);
+    // Negative control: a plan with more in it is seen.
+    let scene = spectral_scene::bundled("prism").unwrap();
+    let more = Settings { prune: false, ..settings };
+    assert_eq!(renderer.update(&scene, 0, [48, 64], &more).unwrap(), Updated::Prepared);
+    assert_ne!(screen.live_objects(&mut renderer), counts[2]);
 }
 
 /// Pictures of all spectral colours at several luminances, of greys, and of what is darker than black.

@@ -9,6 +9,9 @@ use frame_plan::spirv::{SpirvPasses, compile};
 use frame_plan::{DeviceInfo, ExecuteError, PassSet};
 pub use support::*;
 
+/// What the executor is called.
+pub const ID: &str = "vulkan";
+
 /// Passes with their SPIR-V, compiled now.
 pub fn compiled(passes: PassSet) -> SpirvPasses {
     compile(passes).unwrap_or_else(|error| panic!("{error}"))

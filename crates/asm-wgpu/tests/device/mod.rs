@@ -8,6 +8,9 @@ use asm_wgpu::{WgpuExecutor, WgpuOptions};
 use frame_plan::{DeviceInfo, ExecuteError, PassSet};
 pub use support::*;
 
+/// What the executor is called.
+pub const ID: &str = "wgpu";
+
 /// An executor, or none if there is no device and `SPECTRAL_ALLOW_SKIP=1` allows to skip the test.
 ///
 /// `SPECTRAL_ADAPTER` chooses an adapter by part of its name.
