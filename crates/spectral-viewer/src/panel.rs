@@ -196,6 +196,8 @@ fn light_and_glass(ui: &mut Ui, view: &mut View) {
         {
             (view.exposure, view.stops) = (None, 0.0);
         }
+        ui.toggle_value(&mut view.soft, "soft")
+            .on_hover_text("Bring highlights down instead of cutting them");
     });
     row(ui, "Lamp", "Drag it with the right button, or with Ctrl", |ui| {
         let chosen = view.lamps.chosen;

@@ -8,7 +8,7 @@ use glam::DVec3;
 use spectral_cli::values::Exposure;
 use spectral_cli::view::ViewArgs;
 use spectral_cli::{CliError, GAP_FILLINGS};
-use spectral_core::display::Display;
+use spectral_core::display::{Display, ToneMap};
 use spectral_scene::{Camera, Scene};
 
 use crate::choices::{Choices, Runner, WAVELENGTHS, after, methods};
@@ -22,6 +22,8 @@ use crate::pose::Pose;
 const TURN_RAD: f64 = PI;
 /// A scroll by a point zooms by e to the power of this.
 const ZOOM_PER_POINT: f64 = 1.0 / 400.0;
+/// The luminance that soft highlights reach white at: caustics are several times brighter than what is lit directly.
+const SOFT_WHITE: f64 = 4.0;
 /// Longest time that animation goes on by in one frame, seconds: a hitch is no leap.
 const LONGEST_STEP_S: f64 = 0.25;
 
@@ -44,6 +46,8 @@ pub(crate) struct View {
     pub(crate) exposure: Option<f64>,
     /// Stops on top of it.
     pub(crate) stops: f64,
+    /// Highlights are brought down softly, not cut.
+    pub(crate) soft: bool,
     /// Pictures are made only where something has changed.
     pub(crate) paused: bool,
 }
@@ -87,6 +91,7 @@ impl View {
                 Exposure::Factor(factor) => Some(factor),
             },
             stops: 0.0,
+            soft: true,
             paused: false,
         })
     }
@@ -155,7 +160,8 @@ impl View {
 
     /// From XYZ to the screen.
     pub(crate) fn display(&self) -> Display {
-        Display { exposure: self.exposure.unwrap_or(1.0) * self.stops.exp2(), ..Display::default() }
+        let tone_map = if self.soft { ToneMap::Reinhard { white: SOFT_WHITE } } else { ToneMap::Clip };
+        Display { exposure: self.exposure.unwrap_or(1.0) * self.stops.exp2(), tone_map }
     }
 }
 

@@ -97,14 +97,15 @@ impl Program<'_> {
 
     fn frame(&mut self, event_loop: &ActiveEventLoop) -> Result<(), CliError> {
         let Some(open) = &mut self.open else { return Ok(()) };
-        let copied = open.frame(event_loop, self.args.frames)?;
+        // What the panel says of a picture stands in the frame after it.
+        let last = self.args.frames.is_some_and(|frames| open.pictures >= frames);
+        let copied = open.frame(event_loop, last && self.screenshot.is_some())?;
         let Some(frames) = self.args.frames else { return Ok(()) };
         if let Some(error) = open.status.error.take() {
             return Err(CliError::Failed(error));
         }
         match (&self.screenshot, copied) {
             _ if open.pictures < frames => return Ok(()),
-            // The next frame shows the last picture.
             (Some(_), None) => {
                 open.graphics.window.request_redraw();
                 return Ok(());
@@ -216,14 +217,14 @@ impl Open {
         })
     }
 
-    /// Draw a frame, unless there is nothing to see it, and once `copied` pictures have been made, copy it for a screenshot.
+    /// Draw a frame, unless there is nothing to see it; `copied` for a screenshot.
     ///
     /// # Errors
     /// If the window's device failed. Whatever keeps a picture from being made goes into the status.
     fn frame(
         &mut self,
         event_loop: &ActiveEventLoop,
-        copied: Option<u32>,
+        copied: bool,
     ) -> Result<Option<wgpu::Buffer>, CliError> {
         let Some(frame) = self.graphics.next_frame()? else { return Ok(None) };
         self.view.advance(self.last_frame.elapsed().as_secs_f64());
@@ -243,8 +244,7 @@ impl Open {
         let recorded = self.record_picture(area, &mut encoder);
         let shapes = context.tessellate(shapes, pixels_per_point);
         self.paint(&frame.texture, &mut encoder, &shapes, textures_delta, pixels_per_point);
-        let copy = (copied.is_some_and(|n| self.pictures >= n))
-            .then(|| self.graphics.copy_frame(&frame.texture, &mut encoder));
+        let copy = copied.then(|| self.graphics.copy_frame(&frame.texture, &mut encoder));
         self.graphics.queue.submit([encoder.finish()]);
         self.graphics.queue.present(frame);
         if recorded {
