@@ -2,9 +2,12 @@
 
 use asm_core::{Ledger, Statistics, Tally};
 
+/// Picks one way's end out of the books of a wavelength.
+type End = fn(&Ledger) -> Tally;
+
 /// Shares of the emitted light by how its ways end, 0 to 1, in the order in which they are told; empty where nothing was emitted.
 pub(crate) fn fates(statistics: &Statistics) -> Vec<(&'static str, f64)> {
-    let ends: [(&str, fn(&Ledger) -> Tally); 9] = [
+    let ends: [(&str, End); 9] = [
         ("landed on the map", |l| l.landed),
         ("reflected outside", |l| l.reflected),
         ("reflected inside", |l| l.kept_inside),
@@ -15,7 +18,7 @@ pub(crate) fn fates(statistics: &Statistics) -> Vec<(&'static str, f64)> {
         ("wrong side of a facet", |l| l.wrong_side),
         ("no exit in the image", |l| l.no_exit),
     ];
-    let lumens = |tally: fn(&Ledger) -> Tally| -> f64 {
+    let lumens = |tally: End| -> f64 {
         let light = |light: &asm_core::LightStatistics| -> f64 {
             let bands = light.ledgers.iter().zip(&light.lumens_per_unit);
             bands.map(|(ledger, per_unit)| tally(ledger).flux as f64 * per_unit).sum()

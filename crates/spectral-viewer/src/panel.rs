@@ -16,6 +16,8 @@ use crate::view::{Grip, View};
 
 /// Width of the controls, points.
 const WIDTH: f32 = 330.0;
+/// Length of a slider, points: a row of controls fits beside its name.
+const SLIDER: f32 = 72.0;
 /// Keys that the window knows; [`View::press`] says what they do.
 const KEYS: [Key; 7] = [Key::Space, Key::Home, Key::G, Key::M, Key::N, Key::E, Key::F];
 /// Errors, readable on the dark panel and on the picture's frame.
@@ -98,6 +100,7 @@ fn grip(ui: &Ui, response: &Response) -> Option<Grip> {
 
 fn controls(ui: &mut Ui, view: &mut View, status: &Status) {
     ui.add_space(4.0);
+    ui.spacing_mut().slider_width = SLIDER;
     ui.heading(&view.name);
     let device = &status.report.device;
     ui.label(RichText::new(&device.device).weak()).on_hover_text(&device.driver);
