@@ -26,7 +26,7 @@ struct PhotonTrace {
     spot_scale: f32,          // squared clamp(cosine * scale + offset) is the cone's falloff
     spot_offset: f32,
     splat_share: f32,         // standard deviation over the distance to the next photon; 0 keeps splat_sigma
-    splat_spacing: vec2<f32>, // between photons that nothing bends, texels
+    splat_spacing: vec2<f32>, // between photons that nothing bends, texels of the landing view
     guard_texels: f32,        // photons that arrive up to so many texels beside a surface are put down too
     emission: u32,            // EMISSION_*
     max_groups: u32,          // of the device, per dimension
@@ -34,7 +34,11 @@ struct PhotonTrace {
     path: u32,                // PATH_*
     casters: u32,             // TRIANGLE_* of the surfaces that photons of this path follow
     first_ledger: u32,        // first row of this light and path, in `ledger`
+    map_view: u32,            // first of the map's, one per view of where light may land
+    sample_stride: u32,       // of EMISSION_SAMPLE
     reserved0: u32,
+    reserved1: u32,
+    reserved2: u32,
 }
 
 const PATH_REFRACTED: u32 = 0u; // into glass
@@ -42,6 +46,7 @@ const PATH_REFLECTED: u32 = 1u; // back from the first surface
 
 const EMISSION_GRID: u32 = 0u;  // tiles of the whole emission view
 const EMISSION_QUEUE: u32 = 1u; // tiles that `queue` holds
+const EMISSION_SAMPLE: u32 = 2u; // one texel in `sample_stride` along each side, and `map` holds only where they land
 
 const LANDING_DISTANCE: u32 = 0u; // Shah's update: the distance of the surface point below the last guess
 const LANDING_PLANE: u32 = 1u;    // the ray against the plane of the triangle below the last guess
@@ -371,6 +376,11 @@ fn trace(texel: vec2<u32>, band: u32) -> Traced {
     if landing.end != END_LANDED && !landing.beside {
         return traced(photon);
     }
+    let at = on_map(landing.at, params.landing_view, params.map_view, way.ray.origin + landing.distance * way.ray.direction);
+    if !at.found {
+        photon.end = END_OUTSIDE_MAP;
+        return traced(photon);
+    }
     photon.astray = landing.astray;
     photon.beside = landing.beside;
     photon = absorb(photon, exp(-way.absorption * landing.distance));
@@ -381,7 +391,7 @@ fn trace(texel: vec2<u32>, band: u32) -> Traced {
         flux_part(photon.flux, weight.y),
         flux_part(photon.flux, weight.z),
     );
-    return Traced(photon, true, landing.at, deposit);
+    return Traced(photon, true, at, deposit);
 }
 
 const TILE: u32 = 8u;     // photons along each side of a workgroup
@@ -418,8 +428,11 @@ fn step_to_neighbour(own: vec3<f32>, index: u32, place: u32, stride: u32, alone:
 // Standard deviation of a photon's splat along x and y: as wide as its beam, told from where its neighbours land.
 fn splat_sigma(place: u32) -> vec2<f32> {
     let own = places[place];
-    let a = step_to_neighbour(own, place % TILE, place, 1u, vec2<f32>(params.splat_spacing.x, 0.0));
-    let b = step_to_neighbour(own, place / TILE, place, TILE, vec2<f32>(0.0, params.splat_spacing.y));
+    let face = u32(own.z);
+    let finer = views[params.landing_view + face].texel_slope / views[params.map_view + face].texel_slope;
+    let spacing = params.splat_spacing * finer;
+    let a = step_to_neighbour(own, place % TILE, place, 1u, vec2<f32>(spacing.x, 0.0));
+    let b = step_to_neighbour(own, place / TILE, place, TILE, vec2<f32>(0.0, spacing.y));
     let most = (f32(params.splat_taps) + REACH_ROUNDING) / REACH_SIGMAS;
     return clamp(params.splat_share * sqrt(a * a + b * b), vec2<f32>(params.splat_sigma), vec2<f32>(most));
 }
@@ -458,6 +471,27 @@ fn entry_of_row(row: u32, i: u32) -> vec2<u32> { // flux, photons
     }
 }
 
+// Which texel of each square of `sample_stride` texels along each side is traced: another one at each wavelength.
+fn sampled_texel(band: u32) -> vec2<u32> {
+    let stride = params.sample_stride;
+    let place = (7u * band + 10u) % (stride * stride);
+    return vec2<u32>(place % stride, place / stride);
+}
+
+// Most of how far the landings lie from the right, the left, the bottom and the top of a face, in whole texels.
+fn landing_bounds_add(at: Located) {
+    let size = views[at.view].size;
+    let texel = min(vec2<u32>(at.texel), size - 1u);
+    let reach = vec4<u32>(size.x - texel.x, texel.x + 1u, size.y - texel.y, texel.y + 1u);
+    for (var i = 0u; i < 4u; i++) {
+        let word = 4u * at.face + i;
+        // Nearly always false, and cheaper than to fight for the word.
+        if reach[i] > atomicLoad(&map[word]) {
+            atomicMax(&map[word], reach[i]);
+        }
+    }
+}
+
 @compute @workgroup_size(8, 8, 1)
 fn photon_trace(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -476,7 +510,10 @@ fn photon_trace(
             tile = queue_cell(queue[QUEUE_HEAD + i]);
         }
     }
-    let texel = TILE * tile + in_tile.xy;
+    var texel = TILE * tile + in_tile.xy;
+    if params.emission == EMISSION_SAMPLE {
+        texel = params.sample_stride * texel + sampled_texel(group.z);
+    }
     if exists && all(texel < views[params.emission_view].size) {
         left = trace(texel, group.z);
         let photon = left.photon;
@@ -486,6 +523,12 @@ fn photon_trace(
         if left.deposits {
             places[local] = vec3<f32>(left.at.texel, f32(left.at.face));
         }
+    }
+    if params.emission == EMISSION_SAMPLE {
+        if left.deposits {
+            landing_bounds_add(left.at);
+        }
+        return;
     }
     workgroupBarrier();
     if left.deposits {

@@ -20,7 +20,7 @@ struct Light {
     emits: u32,             // 1 where there is an emission view
     reflected_faces: u32,   // as many as `landing_faces`, or 0 where no reflected light is mapped
     first_reflected: u32,   // first texel of the map of reflected light, in `caustic`
-    reserved0: u32,
+    map_view: u32,          // first of the map of refracted light, one per view of where light may land
 }
 
 struct Irradiance {
@@ -112,7 +112,7 @@ fn landing_shown(texel: vec2<i32>, face: i32, reflected: bool) -> u32 {
     return textureLoad(landing_visibility, texel, face, 0).r;
 }
 
-// The map at a point: bilinear, and only where the point is on the surface that the map's view sees.
+// The map at a point: bilinear, and only where the point is on the surface that the landing view sees.
 fn caustic_at(lit: Lit, reflected: bool) -> vec3<f32> {
     let faces = select(params.light.landing_faces, params.light.reflected_faces, reflected);
     if faces == 0u || lit.clear < -SAME_SURFACE {
@@ -123,9 +123,7 @@ fn caustic_at(lit: Lit, reflected: bool) -> vec3<f32> {
         return vec3<f32>(0.0);
     }
     let view = views[at.view];
-    let share = fract(at.texel - 0.5);
     let first = select(0u, params.light.first_reflected, reflected);
-    var sum = vec3<f32>(0.0);
     var surrounded = true;
     for (var i = 0u; i < 4u; i++) {
         let texel = surrounding_texel(at.texel, view.size, i);
@@ -134,10 +132,20 @@ fn caustic_at(lit: Lit, reflected: bool) -> vec3<f32> {
             return vec3<f32>(0.0);
         }
         surrounded = surrounded && shows_nearer(visible, lit, view, texel);
+    }
+    let map_view = select(params.light.map_view, params.light.landing_view, reflected);
+    let place = on_map(at, params.light.landing_view, map_view, lit.position);
+    if surrounded || !place.found {
+        return vec3<f32>(0.0);
+    }
+    let share = fract(place.texel - 0.5);
+    var sum = vec3<f32>(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        let texel = surrounding_texel(place.texel, view.size, i);
         let weight = select(1.0 - share.x, share.x, (i & 1u) == 1u) * select(1.0 - share.y, share.y, (i & 2u) == 2u);
         sum += weight * caustic[first + (at.face * view.size.y + u32(texel.y)) * view.size.x + u32(texel.x)].xyz;
     }
-    return select(sum, vec3<f32>(0.0), surrounded);
+    return sum;
 }
 
 // Light on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);

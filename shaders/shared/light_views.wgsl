@@ -21,6 +21,17 @@ fn locate(first_view: u32, faces: u32, p: vec3<f32>) -> Located {
     return Located(false, 0u, first_view, vec2<f32>(0.0));
 }
 
+// Where the map of a light holds a point that one of its views from `landing_view` on sees. Maps have a view per face too,
+// which may show a part of it only, finer; where it is the same view, it is the same place.
+fn on_map(at: Located, landing_view: u32, map_view: u32, p: vec3<f32>) -> Located {
+    if map_view == landing_view {
+        return at;
+    }
+    let view = views[map_view + at.face];
+    let place = view_project(view, p);
+    return Located(at.found && view_holds(view, place), at.face, map_view + at.face, place.texel);
+}
+
 // As `locate`, but a point beside a single view is moved to the view's edge.
 fn locate_clamped(first_view: u32, faces: u32, p: vec3<f32>) -> Located {
     let exact = locate(first_view, faces, p);

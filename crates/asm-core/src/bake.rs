@@ -32,6 +32,9 @@ pub struct BakePlan {
 /// Size of the map where the settings leave it open: at least the first, at most the second.
 pub(crate) const DEFAULT_MAP_SIZES: (u32, u32) = (512, 2048);
 
+/// Samples of a bake, along each side, that a texel of a finer map calls for: fewer would miss what it shows.
+const SAMPLES_PER_MAP_TEXEL: f64 = 2.0;
+
 /// Most samples per texel of a bake, along each side, that a fine map calls for: one thread takes all of a texel's.
 const MOST_SAMPLES: u32 = 128;
 
@@ -65,20 +68,22 @@ pub(crate) fn plan(
     let receiver_name = check_receiver(scene, receiver)?;
     check_size(size)?;
     let (least, most) = DEFAULT_MAP_SIZES;
+    let map_size = settings.map_size.unwrap_or(size[0].max(size[1]).clamp(least, most));
+    // Texels are means: as fine as the map, lest they miss what lies between. Fewer samples where the texture that holds them
+    // would be too large.
+    let as_fine = map_size.div_ceil(size[0].min(size[1])).min(MOST_SAMPLES);
+    let fitting = limits.max_texture_size / size[0].max(size[1]);
+    let samples = settings.bake_samples.max(as_fine).min(fitting.max(1));
     let purpose = Purpose {
         name: format!("bake `{receiver_name}` of {}", scene.name),
         receivers: Receivers::Object(receiver),
-        map_size: settings.map_size.unwrap_or(size[0].max(size[1]).clamp(least, most)),
+        map_size,
+        most_zoom: f64::from(samples * size[0].min(size[1])) / (SAMPLES_PER_MAP_TEXEL * f64::from(map_size)),
         camera: None,
     };
     let mut caustics = Caustics::new(cache, scene, settings, limits, &purpose)?;
     caustics.decide(&Output::Bake { receiver: &receiver_name });
     let texels = u64::from(size[0]) * u64::from(size[1]);
-    // Texels are means: as fine as the map, lest they miss what lies between. Fewer samples where the texture that holds them
-    // would be too large.
-    let as_fine = purpose.map_size.div_ceil(size[0].min(size[1])).min(MOST_SAMPLES);
-    let fitting = limits.max_texture_size / size[0].max(size[1]);
-    let samples = settings.bake_samples.max(as_fine).min(fitting.max(1));
     let sampled = size.map(|s| s * samples);
     let uv_visible =
         caustics.resources.texture("uv", TextureFormat::R32Uint, sampled, 1, "the bake's size")?;

@@ -17,6 +17,7 @@ use crate::emission::{EmissionView, QUEUE_ARGUMENTS_BYTES, Refinement};
 use crate::gaps::{GapMaps, Gaps};
 use crate::geometry::{Geometry, bounds};
 use crate::lights::{LightSetup, Purpose, Receivers, light_setups, texel_extent};
+use crate::map_fit::{Photons, bounds_buffer};
 use crate::passes::map_resolve::MapResolve;
 use crate::passes::photon_trace::{
     Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, PATH_REFLECTED, PATH_REFRACTED,
@@ -64,6 +65,8 @@ pub(crate) struct Caustics<'a> {
     gaps: Option<Rc<Gaps>>,
     /// Of the map of one path.
     texels: u64,
+    landing_bounds: Option<ResourceId>,
+    pub(crate) most_zoom: f64,
 }
 
 /// Resources that lights use in turn.
@@ -117,6 +120,7 @@ impl<'a> Caustics<'a> {
             if lights > 0 { Refinement::new(&mut resources, settings, lights)?.map(Rc::new) } else { None };
         let texels = map_texels(purpose, &setups);
         let gaps = Gaps::new(&mut resources, settings, &setups, texels)?.map(Rc::new);
+        let landing_bounds = bounds_buffer(&mut resources, &setups)?;
         Ok(Self {
             scene,
             settings,
@@ -132,6 +136,8 @@ impl<'a> Caustics<'a> {
             refinement,
             gaps,
             texels,
+            landing_bounds,
+            most_zoom: purpose.most_zoom,
         })
     }
 
@@ -207,8 +213,7 @@ impl<'a> Caustics<'a> {
     pub(crate) fn light(&mut self, i: usize) -> Result<LightStep, PlanError> {
         let setup = &self.setups[i];
         let label = format!("light {} `{}`", setup.index, setup.name);
-        let landing_view = setup.views.start + u32::from(setup.caustic);
-        let faces = setup.views.end - landing_view;
+        let (landing_view, faces) = (setup.landing_view, setup.faces);
         let matt = 0..self.geometry.matt;
         let opaque = 0..self.geometry.opaque;
         let all = 0..self.geometry.triangles.len() as u32;
@@ -252,9 +257,9 @@ impl<'a> Caustics<'a> {
             );
         }
         if self.setups[i].caustic {
-            self.photons(i, &label, landing_view, faces)?;
+            self.photons(i, &label)?;
         }
-        Ok(self.light_step(i, label, landing_view, faces))
+        Ok(self.light_step(i, label))
     }
 
     /// First texel of the map of reflected light: behind that of refracted light, if there is one.
@@ -273,8 +278,9 @@ impl<'a> Caustics<'a> {
         }
     }
 
-    fn light_step(&mut self, i: usize, label: String, landing_view: u32, faces: u32) -> LightStep {
+    fn light_step(&mut self, i: usize, label: String) -> LightStep {
         let setup = &self.setups[i];
+        let (landing_view, faces) = (setup.landing_view, setup.faces);
         let [x, y, z] = setup.bands.xyz;
         let params = LightParams {
             xyz: DVec3::new(x, y, z).as_vec3(),
@@ -292,7 +298,7 @@ impl<'a> Caustics<'a> {
             emits: u32::from(setup.caustic),
             reflected_faces: if setup.reflecting != 0 { faces } else { 0 },
             first_reflected: self.first_reflected(setup),
-            reserved0: 0,
+            map_view: setup.map_view,
         };
         let reflected = self.reflected_landing(setup);
         let (caustic, separate, shadows) = (setup.caustic, setup.separate_direct, setup.shadows);
@@ -362,8 +368,9 @@ impl<'a> Caustics<'a> {
         PassStep { pass: pass.into(), label: label.into(), params: Some(params), bindings }
     }
 
-    fn photons(&mut self, i: usize, label: &str, landing_view: u32, faces: u32) -> Result<(), PlanError> {
+    fn photons(&mut self, i: usize, label: &str) -> Result<(), PlanError> {
         let setup = &self.setups[i];
+        let (landing_view, faces, map_view) = (setup.landing_view, setup.faces, setup.map_view);
         let settings = self.settings;
         let emission = self.view(setup.views.start);
         let map = self.view(landing_view);
@@ -399,7 +406,11 @@ impl<'a> Caustics<'a> {
             path: PATH_REFRACTED,
             casters: TRIANGLE_REFRACTS,
             first_ledger: setup.first_band,
+            map_view,
+            sample_stride: 1,
             reserved0: 0,
+            reserved1: 0,
+            reserved2: 0,
         };
         let largest = setup.bands.largest;
         let scale = match settings.shah_intensity {
@@ -410,14 +421,14 @@ impl<'a> Caustics<'a> {
             None => largest * texel_extent(&emission) / f64::from(QUANTUM) / texel_extent(&map),
         };
         let resolve = MapResolve {
-            view: landing_view,
+            view: map_view,
             faces,
             scale: scale as f32,
             power: settings.artistic_power.unwrap_or(1.0) as f32,
             first_texel: 0,
+            scale_view: landing_view,
             reserved0: 0,
             reserved1: 0,
-            reserved2: 0,
         };
         let exit = if setup.exits { Some(self.shared.exit) } else { None };
         let wavelengths = setup.bands.wavelengths_nm.len() as u32;
@@ -434,9 +445,12 @@ impl<'a> Caustics<'a> {
             casters: reflecting,
             first_ledger: setup.first_band + if refracted { self.wavelengths() } else { 0 },
             landing_center: setup.reflected_center,
+            // Reflected light goes far: its map shows all receivers.
+            map_view: landing_view,
             ..trace
         };
-        let reflected_resolve = MapResolve { first_texel: self.first_reflected(setup), ..resolve };
+        let reflected_resolve =
+            MapResolve { view: landing_view, first_texel: self.first_reflected(setup), ..resolve };
         let reflected_landing = self.reflected_landing(setup);
         let gaps = self.gaps.clone().filter(|_| setup.gaps);
         if let Some(refinement) = &refinement {
@@ -473,6 +487,12 @@ impl<'a> Caustics<'a> {
             ];
             let landed = gaps.as_ref().map_or(shared.map, |g| g.filled);
             let resolve_bindings = [self.views, landed, shared.caustic];
+            if let Some(bounds) = self.landing_bounds.filter(|_| trace.map_view != landing_view) {
+                let (map, map_size) = (self.shared.map, map.size.x);
+                let photons =
+                    Photons { trace: &trace, wavelengths, bindings: &trace_bindings, map, map_size };
+                self.fit_map(bounds, &label, &photons)?;
+            }
             self.resources.plan.steps.push(Step::ClearBuffer { buffer: self.shared.map });
             let trace_bindings = trace_bindings.map(Bound::from).to_vec();
             let pass = self.pass_step("photon_trace", &label, &trace, trace_bindings);
@@ -483,8 +503,14 @@ impl<'a> Caustics<'a> {
             });
             if let Some(gaps) = &gaps {
                 let light = self.setups[..i].iter().filter(|s| s.gaps).count();
-                let maps =
-                    GapMaps { size: map.size, faces, map: self.shared.map, landing: self.shared.landing };
+                let maps = GapMaps {
+                    size: map.size,
+                    faces,
+                    map: self.shared.map,
+                    landing: self.shared.landing,
+                    landing_view,
+                    map_view,
+                };
                 self.fill_gaps(gaps, &label, light, &maps)?;
             }
             let bindings = resolve_bindings.map(Bound::from).to_vec();
@@ -532,7 +558,7 @@ fn lands_apart(setup: &LightSetup, geometry: &Geometry) -> bool {
 
 /// Most views of any light's map.
 fn map_faces(setups: &[LightSetup]) -> u32 {
-    setups.iter().map(|s| s.views.end - s.views.start - u32::from(s.caustic)).max().unwrap_or(1)
+    setups.iter().map(|s| s.faces).max().unwrap_or(1)
 }
 
 /// Texels of the map, of all its views.

@@ -6,7 +6,7 @@ use spectral_scene::{Effect, Effects, Scene};
 use crate::geometry::Geometry;
 use crate::lights::LightSetup;
 use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS};
-use crate::{Emission, GapFilling, GlassView, Interfaces, Method, Reflections, Settings};
+use crate::{Emission, GapFilling, GlassView, Interfaces, MapFit, Method, Reflections, Settings};
 
 /// What a plan ends in.
 pub(crate) enum Output<'a> {
@@ -44,6 +44,7 @@ pub(crate) fn decisions(grounds: &Grounds<'_>, output: &Output<'_>) -> Vec<Decis
     }
     decisions.push(grounds.visibility(output));
     decisions.extend(grounds.emission());
+    decisions.push(grounds.map_fit(output));
     decisions.push(grounds.photons("photon_trace", grounds.photon_notes()));
     decisions.extend(grounds.gaps());
     decisions.push(grounds.photons("map_resolve", Vec::new()));
@@ -266,6 +267,21 @@ impl Grounds<'_> {
             }
         };
         ["coverage_mip", "photon_refine"].map(|pass| decision(pass, kept, reason.clone()))
+    }
+
+    fn map_fit(&self, output: &Output<'_>) -> Decision {
+        let kept = self.setups.iter().any(LightSetup::fits_map);
+        let method = method_name(self.settings.method);
+        let reason = if !self.caustic() {
+            self.photon_reason()
+        } else if kept {
+            format!("{method}: a part of the photons tells where light lands, and the map shows no more")
+        } else if self.settings.map_fit() == MapFit::Landings && matches!(output, Output::Bake { .. }) {
+            "no finer map would be resolved by the bake's samples".into()
+        } else {
+            format!("{method}: the map shows all that may be lit")
+        };
+        decision("map_fit", kept, reason)
     }
 
     /// What was done to the glass, and the wavelengths of each light.

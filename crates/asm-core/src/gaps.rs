@@ -32,6 +32,8 @@ pub(crate) struct GapMaps {
     pub(crate) faces: u32,
     pub(crate) map: ResourceId,
     pub(crate) landing: ResourceId,
+    pub(crate) landing_view: u32,
+    pub(crate) map_view: u32,
 }
 
 impl Gaps {
@@ -89,10 +91,10 @@ impl Caustics<'_> {
             rule: gaps.rule,
             threshold: self.settings.gap_threshold,
             offsets: gaps.offset_count,
-            reserved0: 0,
-            reserved1: 0,
+            landing_view: maps.landing_view,
+            map_view: maps.map_view,
         };
-        let bindings = [maps.map, gaps.offsets, maps.landing, gaps.mask];
+        let bindings = [maps.map, gaps.offsets, self.views, maps.landing, gaps.mask];
         self.dispatch("gap_mask", label, &mask, bindings.map(Bound::from).to_vec(), groups);
         if let Some(reach) = gaps.reach {
             let params = GapReach { size: maps.size, rows, offsets: gaps.offset_count };

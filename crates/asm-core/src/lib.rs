@@ -19,6 +19,7 @@ mod gaps;
 mod geometry;
 mod glass_view;
 mod lights;
+mod map_fit;
 pub mod moving;
 pub mod passes;
 mod planner;
@@ -40,7 +41,7 @@ pub use planner::Planner;
 pub use render::{Picture, RenderPlan, render_plan};
 pub use renderer::{AsmError, AsmRenderer, Updated};
 pub use settings::{
-    Emission, GapFilling, GlassView, Interfaces, LandingUpdate, Method, Reflections, RefractionRule,
+    Emission, GapFilling, GlassView, Interfaces, LandingUpdate, MapFit, Method, Reflections, RefractionRule,
     Settings, Splat,
 };
 pub use space::WorkingSpace;

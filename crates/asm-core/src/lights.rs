@@ -15,7 +15,7 @@ use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS, Triangle};
 use crate::shared::view::View;
 use crate::statistics::LightBooks;
 use crate::view_fit::{Grid, Source, fit, fit_one};
-use crate::{GapFilling, Interfaces, PlanError, Reflections, Settings, WorkingSpace};
+use crate::{GapFilling, Interfaces, MapFit, PlanError, Reflections, Settings, WorkingSpace};
 
 /// Largest number of photons of a light: 2^30 units each, added up in 64 bits.
 const MAX_PHOTONS: u64 = 1 << 34;
@@ -28,6 +28,8 @@ pub(crate) struct Purpose {
     pub(crate) name: String,
     pub(crate) receivers: Receivers,
     pub(crate) map_size: u32,
+    /// How much finer a map the result still resolves.
+    pub(crate) most_zoom: f64,
     /// A view besides the lights', which becomes the last in `views`.
     pub(crate) camera: Option<View>,
 }
@@ -48,8 +50,14 @@ pub(crate) struct LightSetup {
     pub(crate) source: Source,
     pub(crate) bands: LightBands,
     pub(crate) first_band: u32,
-    /// In `views`: emission first, then the map's.
+    /// In `views`: emission if there are photons, then landing, then the map's if they are others.
     pub(crate) views: Range<u32>,
+    /// First view of where light may land; each is a face of the map.
+    pub(crate) landing_view: u32,
+    /// Number of those views.
+    pub(crate) faces: u32,
+    /// First of as many views of the map: the landing views, or such that the device fits.
+    pub(crate) map_view: u32,
     /// There are photons.
     pub(crate) caustic: bool,
     /// Photons that go into glass.
@@ -82,6 +90,11 @@ pub(crate) fn texel_extent(view: &View) -> f64 {
 }
 
 impl LightSetup {
+    /// The map has views of its own.
+    pub(crate) fn fits_map(&self) -> bool {
+        self.map_view != self.landing_view
+    }
+
     /// `wavelengths` are those of all lights.
     pub(crate) fn books(
         &self,
@@ -154,10 +167,21 @@ pub(crate) fn light_setups(
         let landing_from = source.nearest(geometry.refractor_corners(), REACH);
         let landing_from = if landing_from.is_finite() { landing_from } else { 0.0 };
         let map = Grid::of(UVec2::splat(purpose.map_size), guard_texels(settings.splat, purpose.map_size));
-        views.extend(match purpose.receivers {
+        let landing_view = views.len() as u32;
+        let landing = match purpose.receivers {
             Receivers::Object(object) => fit(source, geometry.object_corners(object), map, REACH),
             Receivers::Opaque => fit(source, geometry.matt_corners(), map, REACH),
-        });
+        };
+        let faces = landing.len() as u32;
+        views.extend(&landing);
+        let finer = settings.map_fit() == MapFit::Landings && (purpose.most_zoom > 1.0 || !settings.prune);
+        let map_view = if refracted && finer {
+            let map_view = views.len() as u32;
+            views.extend(&landing);
+            map_view
+        } else {
+            landing_view
+        };
         let photons = u64::from(settings.emission_size).pow(2) * bands.wavelengths_nm.len() as u64;
         let split = effects.dispersion.on && bands.wavelengths_nm.len() > 1;
         let gaps = refracted && settings.gap_filling() != GapFilling::None && (split || !settings.prune);
@@ -181,6 +205,9 @@ pub(crate) fn light_setups(
             bands,
             first_band,
             views: first_view..views.len() as u32,
+            landing_view,
+            faces,
+            map_view,
             caustic,
             refracted,
             reflecting,

@@ -95,6 +95,17 @@ pub enum GapFilling {
     Disc,
 }
 
+/// What the views of a light's map are fitted to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MapFit {
+    /// All that may be lit.
+    Receivers,
+    /// Where this frame's light lands, told from a part of the photons, on the device. Only as fine as photons are dense and as
+    /// a bake's samples resolve. Not for [`Settings::shah_intensity`], whose light depends on the size of texels.
+    Landings,
+}
+
 /// The range of the wavelengths of Blanchette & Agu 2013, nm.
 const ASM_RANGE_NM: (f64, f64) = (380.0, 680.0);
 
@@ -160,6 +171,9 @@ pub struct Settings {
     /// Texels of the map, along each side; `None` is the larger side of a bake within 512 to 2048, and 512 for
     /// pictures.
     pub map_size: Option<u32>,
+    /// What the map shows; `None` is [`MapFit::Landings`], but [`MapFit::Receivers`] for [`Method::Asm`], whose gaps are filled over
+    /// a number of texels.
+    pub map_fit: Option<MapFit>,
     /// How gaps in the map are filled; `None` is [`GapFilling::Disc`] for [`Method::Asm`] and [`GapFilling::None`] for the
     /// others. Only where light is split.
     pub gap_filling: Option<GapFilling>,
@@ -215,6 +229,7 @@ impl Default for Settings {
             emission_size: 512,
             emission: None,
             map_size: None,
+            map_fit: None,
             gap_filling: None,
             gap_radius: 7,
             gap_samples: 15,
@@ -285,6 +300,17 @@ impl Settings {
             Method::CausticsMap => Emission::Grid,
             Method::Acm => Emission::Adaptive { levels: 6 },
             Method::Asm => Emission::Adaptive { levels: 3 },
+        })
+    }
+
+    /// What the map shows.
+    pub fn map_fit(&self) -> MapFit {
+        if self.shah_intensity.is_some() {
+            return MapFit::Receivers;
+        }
+        self.map_fit.unwrap_or(match self.method {
+            Method::CausticsMap | Method::Acm => MapFit::Landings,
+            Method::Asm => MapFit::Receivers,
         })
     }
 

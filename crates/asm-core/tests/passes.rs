@@ -7,6 +7,7 @@ use asm_core::passes::deferred_refraction::{DEFERRED_REFRACTION, DeferredRefract
 use asm_core::passes::gap_fill::{GAP_FILL, GapFill};
 use asm_core::passes::gap_mask::{GAP_MASK, GapMask};
 use asm_core::passes::gap_reach::{GAP_REACH, GapReach};
+use asm_core::passes::map_fit::{MAP_FIT, MapFit};
 use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
 use asm_core::passes::photon_refine::{PHOTON_REFINE, PhotonRefine};
 use asm_core::passes::photon_trace::{Band, PHOTON_TRACE, PhotonTrace};
@@ -41,7 +42,7 @@ fn triangle() -> HostLayout {
 fn light() -> HostLayout {
     layout!(Light as "Light" {
         xyz, metres_per_unit, spot_axis, spot_scale, spot_offset, range, landing_from, direct_view, direct_faces,
-        landing_view, landing_faces, emission_view, emits, reflected_faces, first_reflected, reserved0,
+        landing_view, landing_faces, emission_view, emits, reflected_faces, first_reflected, map_view,
     })
 }
 
@@ -61,13 +62,13 @@ fn every_struct_has_the_layout_of_its_wgsl() {
                 emission_view, landing_view, landing_faces, first_band, materials, interfaces, exit_iterations,
                 landing_iterations, landing_update, splat_taps, splat_sigma, exit_reach, landing_center, range, spot_axis,
                 spot_scale, spot_offset, splat_share, splat_spacing, guard_texels, emission, max_groups, rule,
-                path, casters, first_ledger, reserved0,
+                path, casters, first_ledger, map_view, sample_stride, reserved0, reserved1, reserved2,
             }),
         ),
         (&COVERAGE_MIP, layout!(CoverageMip as "CoverageMip" { level, casters, size })),
         (
             &GAP_MASK,
-            layout!(GapMask as "GapMask" { size, rows, rule, threshold, offsets, reserved0, reserved1 }),
+            layout!(GapMask as "GapMask" { size, rows, rule, threshold, offsets, landing_view, map_view }),
         ),
         (&GAP_REACH, layout!(GapReach as "GapReach" { size, rows, offsets })),
         (
@@ -87,8 +88,12 @@ fn every_struct_has_the_layout_of_its_wgsl() {
         (
             &MAP_RESOLVE,
             layout!(MapResolve as "MapResolve" {
-                view, faces, scale, power, first_texel, reserved0, reserved1, reserved2,
+                view, faces, scale, power, first_texel, scale_view, reserved0, reserved1,
             }),
+        ),
+        (
+            &MAP_FIT,
+            layout!(MapFit as "MapFit" { landing_view, map_view, faces, cells, least, margin, spread }),
         ),
         (&RECEIVER_BAKE, layout!(ReceiverBake as "ReceiverBake" { light, size, samples, first_triangle })),
         (&RECEIVER_BAKE, light()),

@@ -8,7 +8,7 @@ use spectral_core::header::Format;
 use spectral_core::observer::Observer;
 use spectral_core::wavelengths::Scheme;
 
-use crate::choices::{Backend, Gaps, Glass, Method, Reflected, Refraction, Rule};
+use crate::choices::{Backend, Fit, Gaps, Glass, Method, Reflected, Refraction, Rule};
 use crate::values::{self, Exposure, Size, WavelengthRange};
 use crate::view::ViewArgs;
 
@@ -177,6 +177,9 @@ pub(crate) struct PlanOptions {
     /// How the wavelengths of a photon are chosen, as for `matrices` [default: the method's].
     #[arg(long, value_name = "SCHEME")]
     pub(crate) scheme: Option<Scheme>,
+    /// What a light's map shows: receivers, or finer the landings of this frame's light [default: the method's].
+    #[arg(long, value_name = "WHAT")]
+    pub(crate) map_fit: Option<Fit>,
     /// How gaps between wavelengths are filled: none, paper, paper-literal or disc [default: the method's].
     #[arg(long, value_name = "HOW")]
     pub(crate) gap_filling: Option<Gaps>,

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use asm_core::{GapFilling, GlassView, Reflections, RefractionRule};
+use asm_core::{GapFilling, GlassView, MapFit, Reflections, RefractionRule};
 use serde::Serialize;
 
 /// How light is computed.
@@ -123,6 +123,19 @@ impl FromStr for Gaps {
 
     fn from_str(text: &str) -> Result<Self, String> {
         choose(text, &GAP_FILLINGS, &[]).map(Self)
+    }
+}
+
+/// What a light's map shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Fit(pub(crate) MapFit);
+
+impl FromStr for Fit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let built = [("receivers", MapFit::Receivers), ("landings", MapFit::Landings)];
+        choose(text, &built, &[]).map(Self)
     }
 }
 

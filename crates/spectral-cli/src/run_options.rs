@@ -3,7 +3,7 @@
 use asm_core::{Emission, Settings};
 
 use crate::args::{PlanOptions, RunArgs};
-use crate::choices::{Backend, Gaps, Glass, Method, Reflected, Refraction, Rule};
+use crate::choices::{Backend, Fit, Gaps, Glass, Method, Reflected, Refraction, Rule};
 use crate::error::CliError;
 use crate::messages;
 use crate::values::MAX_TRACED_WAVELENGTHS;
@@ -112,6 +112,7 @@ impl PlanOptions {
             ("--rule", self.rule.is_some()),
             ("--glass", self.glass.is_some()),
             ("--reflections", self.reflections.is_some()),
+            ("--map-fit", self.map_fit.is_some()),
             ("--gap-filling", self.gap_filling.is_some()),
             ("--gap-radius", self.gap_radius.is_some()),
             ("--gap-samples", self.gap_samples.is_some()),
@@ -135,6 +136,7 @@ impl PlanOptions {
             refraction: self.rule.map_or(defaults.refraction, |Rule(rule)| rule),
             glass_view: self.glass.map(|Glass(view)| view),
             reflections: self.reflections.map_or(defaults.reflections, |Reflected(which)| which),
+            map_fit: self.map_fit.map(|Fit(fit)| fit),
             gap_filling: self.gap_filling.map(|Gaps(rule)| rule),
             gap_radius: self.gap_radius.unwrap_or(defaults.gap_radius),
             gap_samples: self.gap_samples.unwrap_or(defaults.gap_samples),

@@ -5,12 +5,13 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use bytemuck::{Pod, Zeroable};
 use frame_plan::cpu::TextureView;
 use frame_plan::{BindingKind, PassInfo, PassKind};
-use glam::{IVec2, UVec2};
+use glam::{IVec2, UVec2, Vec2};
 use rayon::prelude::*;
 
 use super::{GAP_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE_ARRAY, binding};
 use crate::shared::gap::{GAP_DISC, MASK_DARK, MASK_GAP, MASK_LIT, texel_at};
 use crate::shared::triangle::{NOTHING, visible_in_layer};
+use crate::shared::view::View;
 
 /// Uniform of the pass; mirrors `GapMask` in `shaders/gap_mask.wgsl`.
 #[repr(C)]
@@ -26,10 +27,10 @@ pub struct GapMask {
     pub threshold: u32,
     /// Number of offsets.
     pub offsets: u32,
-    /// Padding.
-    pub reserved0: u32,
-    /// Padding.
-    pub reserved1: u32,
+    /// First of the views that show surfaces.
+    pub landing_view: u32,
+    /// First of the map's.
+    pub map_view: u32,
 }
 
 /// All that an executor needs to build and run `gap_mask`.
@@ -41,6 +42,7 @@ pub const GAP_MASK: PassInfo = PassInfo {
     bindings: &[
         binding("map", BindingKind::ReadAtomic),
         binding("offsets", BindingKind::Read),
+        binding("views", BindingKind::Read),
         binding("landing_visibility", VISIBILITY_TEXTURE_ARRAY),
         binding("mask", BindingKind::Write),
     ],
@@ -51,6 +53,7 @@ pub const GAP_MASK: PassInfo = PassInfo {
                 &args.params(),
                 args.atomics("map"),
                 args.read("offsets"),
+                args.read("views"),
                 &args.texture("landing_visibility"),
                 args.write("mask"),
             );
@@ -58,11 +61,33 @@ pub const GAP_MASK: PassInfo = PassInfo {
     },
 };
 
+/// A texel of the map shows a surface.
+fn shows_surface(
+    params: &GapMask,
+    views: &[View],
+    landing_visibility: &TextureView<'_>,
+    at: UVec2,
+    face: u32,
+) -> bool {
+    let mut seen = at.as_ivec2();
+    if params.map_view != params.landing_view {
+        let landing = &views[(params.landing_view + face) as usize];
+        let map = &views[(params.map_view + face) as usize];
+        let offset = (map.slope(at.as_vec2() + 0.5) - landing.slope_center) / landing.texel_slope;
+        seen = (0.5 * landing.size.as_vec2() + Vec2::new(offset.x, -offset.y)).floor().as_ivec2();
+        if seen.cmplt(IVec2::ZERO).any() || seen.cmpge(landing.size.as_ivec2()).any() {
+            return false;
+        }
+    }
+    visible_in_layer(landing_visibility, seen.as_uvec2(), face) != NOTHING
+}
+
 /// CPU mirror.
 pub fn gap_mask(
     params: &GapMask,
     map: &[AtomicU32],
     offsets: &[IVec2],
+    views: &[View],
     landing_visibility: &TextureView<'_>,
     mask: &mut [u32],
 ) {
@@ -70,7 +95,7 @@ pub fn gap_mask(
     let lit_at = |texel: UVec2, offset: IVec2| texel_at(params.size, texel, offset).is_some_and(lit);
     let is_gap = |texel: UVec2| {
         let at = UVec2::new(texel.x, texel.y % params.size.y);
-        if visible_in_layer(landing_visibility, at, texel.y / params.size.y) == NOTHING {
+        if !shows_surface(params, views, landing_visibility, at, texel.y / params.size.y) {
             return false;
         }
         let last = params.offsets as usize - 1;

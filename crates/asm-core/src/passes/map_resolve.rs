@@ -14,22 +14,22 @@ use crate::shared::view::View;
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 pub struct MapResolve {
-    /// The map's first view; all its views are equal but for their axes.
+    /// The map's first view.
     pub view: u32,
     /// Number of views.
     pub faces: u32,
-    /// Light per unit of flux: XYZ lux for parallel rays, XYZ candela for rays from an eye.
+    /// Light per unit of flux in a texel as large as `scale_view`'s: XYZ lux for parallel rays, candela for an eye's.
     pub scale: f32,
     /// Shah's artistic exponent; 1 keeps energy.
     pub power: f32,
     /// First texel of this path, in `caustic`.
     pub first_texel: u32,
+    /// First of as many views.
+    pub scale_view: u32,
     /// Padding.
     pub reserved0: u32,
     /// Padding.
     pub reserved1: u32,
-    /// Padding.
-    pub reserved2: u32,
 }
 
 /// All that an executor needs to build and run `map_resolve`.
@@ -53,13 +53,17 @@ pub const MAP_RESOLVE: PassInfo = PassInfo {
 
 /// CPU mirror.
 pub fn map_resolve(params: &MapResolve, views: &[View], map: &[AtomicU32], caustic: &mut [Vec4]) {
-    let view = &views[params.view as usize];
-    let rows = (view.size.y * params.faces) as usize;
+    let size = views[params.view as usize].size;
+    let rows = (size.y * params.faces) as usize;
     let caustic = &mut caustic[params.first_texel as usize..];
-    caustic.par_chunks_mut(view.size.x as usize).take(rows).enumerate().for_each(|(row, texels)| {
+    caustic.par_chunks_mut(size.x as usize).take(rows).enumerate().for_each(|(row, texels)| {
+        let face = row as u32 / size.y;
+        let view = &views[(params.view + face) as usize];
+        let larger = views[(params.scale_view + face) as usize].texel_slope / view.texel_slope;
         for (x, texel) in texels.iter_mut().enumerate() {
-            let index = row * view.size.x as usize + x;
-            let scale = params.scale / view.texel_measure(UVec2::new(x as u32, row as u32 % view.size.y));
+            let index = row * size.x as usize + x;
+            let measure = view.texel_measure(UVec2::new(x as u32, row as u32 % size.y));
+            let scale = params.scale * (larger.x * larger.y) / measure;
             let mut xyz = [0.0; 3];
             for (c, channel) in xyz.iter_mut().enumerate() {
                 let word = 2 * (3 * index + c);

@@ -7,6 +7,7 @@ pub mod deferred_refraction;
 pub mod gap_fill;
 pub mod gap_mask;
 pub mod gap_reach;
+pub mod map_fit;
 pub mod map_resolve;
 pub mod photon_refine;
 pub mod photon_trace;
@@ -22,6 +23,7 @@ pub const PASSES: PassSet = PassSet(&[
     &coverage_mip::COVERAGE_MIP,
     &photon_refine::PHOTON_REFINE,
     &photon_trace::PHOTON_TRACE,
+    &map_fit::MAP_FIT,
     &gap_mask::GAP_MASK,
     &gap_reach::GAP_REACH,
     &gap_fill::GAP_FILL,

@@ -24,7 +24,7 @@ use crate::shared::crossing::{cross_surface, interface_reflectance, mirror_refle
 use crate::shared::exit_search::{Exit, Inside, Optics};
 use crate::shared::flux::{QUANTUM, add_64, flux_part, part_from};
 use crate::shared::ledger::*;
-use crate::shared::light_views::{Located, locate, locate_clamped};
+use crate::shared::light_views::{Located, locate, locate_clamped, on_map};
 use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_HEAD, queue_cell};
 use crate::shared::splat::splat;
 use crate::shared::triangle::{
@@ -73,7 +73,7 @@ pub struct PhotonTrace {
     pub spot_offset: f32,
     /// Standard deviation over the distance to the next photon; 0 keeps `splat_sigma`.
     pub splat_share: f32,
-    /// Distance between photons that nothing bends, texels.
+    /// Distance between photons that nothing bends, texels of the landing view.
     pub splat_spacing: Vec2,
     /// Photons that arrive up to so many texels beside a surface are put down too.
     pub guard_texels: f32,
@@ -89,8 +89,16 @@ pub struct PhotonTrace {
     pub casters: u32,
     /// First row of this light and path, in `ledger`.
     pub first_ledger: u32,
+    /// First of the map's views, one per view of where light may land.
+    pub map_view: u32,
+    /// Of [`EMISSION_SAMPLE`].
+    pub sample_stride: u32,
     /// Padding.
     pub reserved0: u32,
+    /// Padding.
+    pub reserved1: u32,
+    /// Padding.
+    pub reserved2: u32,
 }
 
 /// Into glass.
@@ -102,6 +110,11 @@ pub const PATH_REFLECTED: u32 = 1;
 pub const EMISSION_GRID: u32 = 0;
 /// Tiles that the queue holds.
 pub const EMISSION_QUEUE: u32 = 1;
+/// One texel in [`PhotonTrace::sample_stride`] along each side, and `map` holds only where they land: [`BOUNDS_WORDS`] per face.
+pub const EMISSION_SAMPLE: u32 = 2;
+
+/// How far the landings lie at most from the right, the left, the bottom and the top of a face, in whole texels.
+pub const BOUNDS_WORDS: usize = 4;
 
 /// Photons along each side of a workgroup, which know each other's landings.
 const TILE: u32 = 8;
@@ -172,7 +185,12 @@ pub const PHOTON_TRACE: PassInfo = PassInfo {
                 landing_visibility: args.texture("landing_visibility"),
             };
             let queue = (inputs.params.emission == EMISSION_QUEUE).then(|| args.atomics("queue"));
-            photon_trace(&inputs, args.groups()[2], queue, args.atomics("map"), args.atomics("ledger"));
+            let wavelengths = args.groups()[2];
+            if inputs.params.emission == EMISSION_SAMPLE {
+                landing_bounds(&inputs, wavelengths, args.atomics("map"));
+            } else {
+                photon_trace(&inputs, wavelengths, queue, args.atomics("map"), args.atomics("ledger"));
+            }
         },
     },
 };
@@ -289,6 +307,29 @@ pub fn photon_trace(
     }
 }
 
+/// CPU mirror of [`EMISSION_SAMPLE`].
+pub fn landing_bounds(inputs: &Inputs<'_>, wavelengths: u32, bounds: &[AtomicU32]) {
+    let size = inputs.views[inputs.params.emission_view as usize].size;
+    let stride = inputs.params.sample_stride;
+    let along = |first: u32, texels: u32| (first..texels).step_by(stride as usize);
+    for band in 0..wavelengths {
+        // Another texel of each square at each wavelength.
+        let place = (7 * band + 10) % (stride * stride);
+        let (x, y) = (place % stride, place / stride);
+        along(y, size.y).collect::<Vec<_>>().into_par_iter().for_each(|y| {
+            for deposit in along(x, size.x).filter_map(|x| inputs.trace(UVec2::new(x, y), band).1) {
+                let at = deposit.at;
+                let size = inputs.views[at.view as usize].size;
+                let texel = at.texel.as_uvec2().min(size - 1);
+                let from = [size.x - texel.x, texel.x + 1, size.y - texel.y, texel.y + 1];
+                for (word, from) in bounds[BOUNDS_WORDS * at.face as usize..].iter().zip(from) {
+                    word.fetch_max(from, Ordering::Relaxed);
+                }
+            }
+        });
+    }
+}
+
 /// The photons of a workgroup that leave something in the map, by their places in it.
 type Tile = [Option<Deposit>; (TILE * TILE) as usize];
 
@@ -373,7 +414,10 @@ impl Inputs<'_> {
         if params.splat_share == 0.0 {
             return (UVec2::splat(params.splat_taps), Vec2::splat(params.splat_sigma));
         }
-        let alone = [Vec2::new(params.splat_spacing.x, 0.0), Vec2::new(0.0, params.splat_spacing.y)];
+        let texel_slope = |first: u32| self.views[(first + own.face) as usize].texel_slope;
+        let finer = texel_slope(params.landing_view) / texel_slope(params.map_view);
+        let spacing = params.splat_spacing * finer;
+        let alone = [Vec2::new(spacing.x, 0.0), Vec2::new(0.0, spacing.y)];
         let [a, b] =
             [false, true].map(|y| step_to_neighbour(tile, own, place, y).unwrap_or(alone[usize::from(y)]));
         let width = (a * a + b * b).map(f32::sqrt);
@@ -641,12 +685,18 @@ impl Inputs<'_> {
         if landing.end != END_LANDED && !landing.beside {
             return (photon, None);
         }
+        let point = ray.origin + landing.distance * ray.direction;
+        let at = on_map(self.views, landing.at, params.landing_view, params.map_view, point);
+        if !at.found {
+            photon.end = END_OUTSIDE_MAP;
+            return (photon, None);
+        }
         photon.astray = landing.astray;
         photon.beside = landing.beside;
         photon.absorb((-absorption * landing.distance).exp());
         let lit = self.triangles[landing.visible as usize - 1].material;
         let weight = self.bands[((params.first_band + band) * params.materials + lit) as usize].weight;
         let flux = weight.map(|w| flux_part(photon.flux, w));
-        (photon, Some(Deposit { at: landing.at, flux }))
+        (photon, Some(Deposit { at, flux }))
     }
 }

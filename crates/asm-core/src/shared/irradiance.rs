@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use frame_plan::cpu::TextureView;
 use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 
-use super::light_views::locate;
+use super::light_views::{locate, on_map};
 use super::triangle::{NOTHING, SAME_SURFACE, Triangle, visible_in_layer};
 use super::view::{Ray, View};
 
@@ -42,8 +42,8 @@ pub struct Light {
     pub reflected_faces: u32,
     /// First texel of the map of reflected light, in `caustic`.
     pub first_reflected: u32,
-    /// Padding.
-    pub reserved0: u32,
+    /// First of the views of the map of refracted light, one per view of where light may land.
+    pub map_view: u32,
 }
 
 /// Light that reaches a point, by light path.
@@ -161,12 +161,17 @@ impl Lookup<'_> {
         surrounded
     }
 
-    /// The map at a point: bilinear, and only where the point is on the surface that the map's view sees.
+    /// The map at a point: bilinear, and only where the point is on the surface that the landing view sees.
     fn caustic_at(&self, lit: &Lit, reflected: bool) -> Vec3 {
-        let (faces, first, shown) = if reflected {
-            (self.light.reflected_faces, self.light.first_reflected, &self.reflected_visibility)
+        let (faces, first, map_view, shown) = if reflected {
+            (
+                self.light.reflected_faces,
+                self.light.first_reflected,
+                self.light.landing_view,
+                &self.reflected_visibility,
+            )
         } else {
-            (self.light.landing_faces, 0, &self.landing_visibility)
+            (self.light.landing_faces, 0, self.light.map_view, &self.landing_visibility)
         };
         if faces == 0 || lit.clear < -SAME_SURFACE {
             return Vec3::ZERO;
@@ -176,8 +181,6 @@ impl Lookup<'_> {
             return Vec3::ZERO;
         }
         let view = &self.views[at.view as usize];
-        let share = (at.texel - 0.5) - (at.texel - 0.5).floor();
-        let mut sum = Vec3::ZERO;
         let mut surrounded = true;
         for i in 0..4 {
             let texel = surrounding_texel(at.texel, view.size, i);
@@ -186,12 +189,21 @@ impl Lookup<'_> {
                 return Vec3::ZERO;
             }
             surrounded = surrounded && self.shows_nearer(visible, lit, view, texel);
+        }
+        let place = on_map(self.views, at, self.light.landing_view, map_view, lit.position);
+        if surrounded || !place.found {
+            return Vec3::ZERO;
+        }
+        let share = (place.texel - 0.5) - (place.texel - 0.5).floor();
+        let mut sum = Vec3::ZERO;
+        for i in 0..4 {
+            let texel = surrounding_texel(place.texel, view.size, i);
             let weight = (if i & 1 == 1 { share.x } else { 1.0 - share.x })
                 * (if i & 2 == 2 { share.y } else { 1.0 - share.y });
             let index = first + (at.face * view.size.y + texel.y) * view.size.x + texel.x;
             sum += weight * self.caustic[index as usize].truncate();
         }
-        if surrounded { Vec3::ZERO } else { sum }
+        sum
     }
 
     /// Light on a surface at `p` with the unit normal `normal`, part of triangle `own` (as visibility buffers count);

@@ -29,6 +29,22 @@ pub fn locate(views: &[View], first_view: u32, faces: u32, p: Vec3) -> Located {
     Located { found: false, face: 0, view: first_view, texel: Vec2::ZERO }
 }
 
+/// Where the map of a light holds a point that one of its views from `landing_view` on sees. Maps have a view per face too,
+/// which may show a part of it only, finer; where it is the same view, it is the same place.
+pub fn on_map(views: &[View], at: Located, landing_view: u32, map_view: u32, p: Vec3) -> Located {
+    if map_view == landing_view {
+        return at;
+    }
+    let view = &views[(map_view + at.face) as usize];
+    let place = view.project(p);
+    Located {
+        found: at.found && view.holds(&place),
+        face: at.face,
+        view: map_view + at.face,
+        texel: place.texel,
+    }
+}
+
 /// As [`locate`], but a point beside a single view is moved to the view's edge.
 pub fn locate_clamped(views: &[View], first_view: u32, faces: u32, p: Vec3) -> Located {
     let exact = locate(views, first_view, faces, p);

@@ -9,10 +9,11 @@ use spectral_scene::{BUNDLED, Scene, bundled};
 const METHODS: [Method; 3] = [Method::CausticsMap, Method::Acm, Method::Asm];
 
 /// Passes of every plan.
-const OF_BOTH: [&str; 8] = [
+const OF_BOTH: [&str; 9] = [
     "visibility",
     "coverage_mip",
     "photon_refine",
+    "map_fit",
     "photon_trace",
     "gap_mask",
     "gap_reach",

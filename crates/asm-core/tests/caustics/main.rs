@@ -10,6 +10,7 @@ mod gaps;
 mod glass_view;
 mod hard_cases;
 mod lamps;
+mod map_fit;
 mod method_plans;
 mod plans;
 mod reflections;

@@ -45,13 +45,18 @@ fn every_bundled_scene_has_its_plan() {
             (apart, "visibility (light, shadow)"),
             (true, "visibility (light, entry)"),
             (exits, "visibility (light, exit)"),
-            (true, "clear map"),
-            (true, "photon_trace (light)"),
-            (true, "map_resolve (light)"),
         ];
+        // So small a bake resolves no finer map.
+        let fit = [
+            (true, "clear landing bounds"),
+            (true, "photon_trace (light, landings)"),
+            (true, "map_fit (light)"),
+        ];
+        let map = [(true, "clear map"), (true, "photon_trace (light)"), (true, "map_resolve (light)")];
         let bake = [(true, "clear ledger"), (true, "clear irradiance"), (true, "uv_visibility (receiver)")]
             .into_iter()
             .chain(light)
+            .chain(map)
             .chain([(true, "receiver_bake (light)")]);
         let render = [
             (true, "clear ledger"),
@@ -62,6 +67,8 @@ fn every_bundled_scene_has_its_plan() {
         ]
         .into_iter()
         .chain(light)
+        .chain(fit)
+        .chain(map)
         .chain([(true, "shade (light)")]);
         let kept = |steps: &mut dyn Iterator<Item = (bool, &'static str)>| -> Vec<String> {
             steps.filter(|(kept, _)| *kept).map(|(_, name)| name.to_owned()).collect()
@@ -70,8 +77,8 @@ fn every_bundled_scene_has_its_plan() {
         assert_eq!(steps(&render_of(&scene, &Settings::default())), kept(&mut render.into_iter()), "{name}");
         // Without pruning every scene has every pass.
         let all = Settings { prune: false, ..Settings::default() };
-        assert_eq!(steps(&bake_of(&scene, &all)).len(), 14, "{name}");
-        assert_eq!(steps(&render_of(&scene, &all)).len(), 16, "{name}");
+        assert_eq!(steps(&bake_of(&scene, &all)).len(), 17, "{name}");
+        assert_eq!(steps(&render_of(&scene, &all)).len(), 19, "{name}");
     }
 }
 

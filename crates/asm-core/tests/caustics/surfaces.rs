@@ -1,6 +1,6 @@
 //! The colour of surfaces: pictures hold spectra times reflectances, whatever the wavelengths that were traced.
 
-use asm_core::{Picture, Settings};
+use asm_core::{MapFit, Picture, Settings};
 use glam::{DMat4, DVec3};
 use spectral_core::dispersion::Dispersion;
 use spectral_core::light::LightSpectrum;
@@ -143,6 +143,8 @@ fn a_rainbow_on_a_saturated_floor_is_the_sum_of_its_bands() {
         wavelengths: Some(COUNT as u32),
         scheme: Some(Scheme::Uniform),
         emission_size: 128,
+        // The same map for all of them and each alone.
+        map_fit: Some(MapFit::Receivers),
         ..Settings::default()
     };
     let set = WavelengthSet::new(Scheme::Uniform, COUNT, settings.range_nm(), Observer::Cie1931).unwrap();

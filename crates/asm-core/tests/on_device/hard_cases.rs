@@ -1,7 +1,8 @@
 //! Cases that break assumptions, on a device, against what physics says of them. Executors include this beside their `device`,
 //! which makes them.
 
-use asm_core::{Ledger, PlanError, Reflections, Settings, Splat, Statistics, bake_plan, render_plan};
+use asm_core::shared::view::View;
+use asm_core::{Ledger, MapFit, PlanError, Reflections, Settings, Splat, Statistics, bake_plan, render_plan};
 use frame_plan::Executor;
 use glam::DVec3;
 use spectral_core::dispersion::Dispersion;
@@ -177,6 +178,46 @@ fn single_texels_and_pixels_are_means() {
     gpu.execute().unwrap();
     let pixel = plan.read(&mut gpu).unwrap().0.xyz[0];
     assert!((f64::from(pixel[1]) * std::f64::consts::PI - 1.0).abs() < 1e-5, "{pixel:?}");
+}
+
+#[test]
+fn maps_are_fitted_to_where_light_lands() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    let mut scene = plate_over_floor(glass(1.5), 0.06, sun(DVec3::new(0.3, -1.0, 0.1)));
+    scene.cameras.push(Camera::look_at(DVec3::ONE, DVec3::ZERO));
+    let mut frame = |executor: &mut dyn Executor, fit| {
+        let settings =
+            Settings { map_fit: Some(fit), emission_size: 256, map_size: Some(256), ..Settings::default() };
+        let mut plan = render_plan(&scene, 0, [64; 2], &settings, &executor.limits()).unwrap();
+        let read = ["map", "views"].map(|name| plan.plan.resource(name).unwrap());
+        for id in read {
+            plan.plan.resources[id.0 as usize].readable = true;
+        }
+        executor.prepare(&plan.plan).unwrap();
+        executor.execute().unwrap();
+        let [map, views] = read.map(|id| executor.read(id).unwrap());
+        let y = |texel: &[u8]| u64::from_le_bytes(texel[8..16].try_into().unwrap());
+        let sum: u128 = map.chunks_exact(24).map(|texel| u128::from(y(texel))).sum();
+        let views: Vec<View> =
+            views.chunks_exact(size_of::<View>()).map(bytemuck::pod_read_unaligned).collect();
+        let (picture, statistics) = plan.read(executor).unwrap();
+        (sum, views, picture, statistics.lights)
+    };
+    let (wide, _, _, wide_books) = frame(&mut gpu, MapFit::Receivers);
+    let (fitted, views, picture, books) = frame(&mut gpu, MapFit::Landings);
+    assert_eq!((fitted, &books), (wide, &wide_books), "the same light to the unit");
+    let zoom = views[1].texel_slope / views[2].texel_slope;
+    assert!(zoom.min_element() >= 4.0, "{zoom}");
+    // The CPU finds the same cells, and the same picture but at silhouettes.
+    let (_, views_of_cpu, of_cpu, _) = frame(&mut cpu(), MapFit::Landings);
+    for (a, b) in [
+        (views[2].slope_center, views_of_cpu[2].slope_center),
+        (views[2].slope_half, views_of_cpu[2].slope_half),
+    ] {
+        assert!(a.distance(b) < 1e-6, "{a} {b}");
+    }
+    let off = relative_rms(&picture.xyz, &of_cpu.xyz, 64);
+    assert!(off < 1e-3, "{off}");
 }
 
 #[test]

@@ -96,9 +96,11 @@ fn options_that_a_method_lacks_are_refused() {
     bake("--method asm --wavelengths 401").bad_usage(&["--wavelengths 401", "asm", "1 to 400"]);
     bake("--method reference --levels 3").bad_usage(&["--levels", "asm"]);
     bake("--method reference --gap-filling paper").bad_usage(&["--gap-filling", "asm"]);
+    bake("--method reference --map-fit landings").bad_usage(&["--map-fit", "asm"]);
     bake("--method reference --rule glsl").bad_usage(&["--rule", "asm"]);
     bake("--rule bogus").bad_usage(&["bogus", "fresnel", "glsl"]);
     bake("--glass bogus").bad_usage(&["bogus", "straight", "deferred"]);
+    bake("--map-fit bogus").bad_usage(&["bogus", "receivers", "landings"]);
     bake("--gap-filling bogus").bad_usage(&["bogus", "none", "paper", "paper-literal", "disc"]);
     bake("--backend cpu --adapter x").bad_usage(&["--adapter", "--backend"]);
     bake("--refraction bogus").bad_usage(&["bogus", "image-space", "traced"]);
