@@ -185,7 +185,7 @@ fn maps_are_fitted_to_where_light_lands() {
     let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
     let mut scene = plate_over_floor(glass(1.5), 0.06, sun(DVec3::new(0.3, -1.0, 0.1)));
     scene.cameras.push(Camera::look_at(DVec3::ONE, DVec3::ZERO));
-    let mut frame = |executor: &mut dyn Executor, fit| {
+    let frame = |executor: &mut dyn Executor, fit| {
         let settings =
             Settings { map_fit: Some(fit), emission_size: 256, map_size: Some(256), ..Settings::default() };
         let mut plan = render_plan(&scene, 0, [64; 2], &settings, &executor.limits()).unwrap();
