@@ -40,12 +40,6 @@ fn wgpu_in_the_window() {
 
 #[test]
 #[ignore = "needs a display of its own: cargo xtask test"]
-fn cpu_beside_the_window() {
-    use_it("cpu");
-}
-
-#[test]
-#[ignore = "needs a display of its own: cargo xtask test"]
 fn vulkan_beside_the_window() {
     use_it("vulkan");
 }
