@@ -182,9 +182,13 @@ impl Comparison<'_> {
         // Without a bound only what is no picture at all can be refused.
         if bound.is_some() {
             let mut dark = a.xyz.clone();
-            let count = dark.len();
-            dark[count * 2 / 5..count * 3 / 5].fill([0.0; 3]);
-            spoiled.push(("a fifth of the rows dark", dark));
+            // Where there is something to lose.
+            let band = dark.len().div_ceil(5);
+            let light = |rows: &[[f32; 3]]| rows.iter().map(|xyz| xyz[1]).sum::<f32>();
+            if let Some(rows) = dark.chunks_mut(band).max_by(|a, b| light(a).total_cmp(&light(b))) {
+                rows.fill([0.0; 3]);
+            }
+            spoiled.push(("the brightest fifth of the rows dark", dark));
         }
         let found = |(fault, spoiled): (_, Vec<_>)| {
             (fault, !self.judge_pictures(&spoiled, b, exposure, bound).1.is_empty())
