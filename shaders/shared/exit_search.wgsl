@@ -17,14 +17,6 @@
 //         for each of the eight texels round the guess { search = exit_search_beside(search, shown(texel), ray, object); }
 //     }
 
-// A material at one wavelength.
-struct Optics {
-    index: f32,       // refractive index
-    absorption: f32,  // per working unit
-    surface: f32,     // share of refracted light that the surface lets pass; a mirror's reflectance at normal incidence
-    reserved: f32,
-}
-
 struct ExitSearch {
     found: bool,
     contained: bool,  // the crossing is in its triangle, not only in its plane

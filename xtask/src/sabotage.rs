@@ -4,7 +4,7 @@
 
 use asm_core::BakePlan;
 use asm_core::passes::photon_trace::Band;
-use asm_core::shared::exit_search::Optics;
+use asm_core::shared::optics::Optics;
 use clap::ValueEnum;
 use frame_plan::{Plan, Step};
 use serde::Serialize;

@@ -8,8 +8,8 @@ use spectral_core::wavelengths::WavelengthSet;
 use spectral_scene::{Effects, Light, Material, Scene};
 
 use crate::passes::photon_trace::Band;
-use crate::shared::exit_search::Optics;
 use crate::shared::flux::WHOLE;
+use crate::shared::optics::Optics;
 use crate::{PlanError, Settings};
 
 /// d, the wavelength of glTF's index of refraction, nm.

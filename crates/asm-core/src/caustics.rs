@@ -26,10 +26,10 @@ use crate::passes::photon_trace::{
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
 use crate::planner::GeometryCache;
 use crate::resources::{Resources, cleared};
-use crate::shared::exit_search::Optics;
 use crate::shared::flux::QUANTUM;
 use crate::shared::irradiance::Light as LightParams;
 use crate::shared::ledger::{LEDGER_ROWS, LEDGER_WORDS};
+use crate::shared::optics::Optics;
 use crate::shared::triangle::{TRIANGLE_REFRACTS, Triangle};
 use crate::shared::view::View;
 use crate::statistics::Books;

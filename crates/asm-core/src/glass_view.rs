@@ -10,7 +10,7 @@ use crate::bands::{D_LINE_NM, Glass, one_wavelength};
 use crate::caustics::Caustics;
 use crate::geometry::bounds;
 use crate::passes::deferred_refraction::{DeferredRefraction, SEEN_ROWS, ViewBand};
-use crate::shared::exit_search::Optics;
+use crate::shared::optics::Optics;
 use crate::{PlanError, Settings};
 
 /// Guesses at the background.

@@ -9,13 +9,14 @@ use glam::{Mat3, UVec2, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    CROSSING_WGSL, EXIT_SEARCH_WGSL, LEDGER_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE,
-    binding,
+    CROSSING_WGSL, EXIT_SEARCH_WGSL, LEDGER_WGSL, OPTICS_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL,
+    VISIBILITY_TEXTURE, binding,
 };
 use crate::shared::crossing::cross_surface;
-use crate::shared::exit_search::{Exit, Inside, Optics};
+use crate::shared::exit_search::{Exit, Inside};
 use crate::shared::flux::add_64;
 use crate::shared::ledger::{END_LANDED, END_NO_EXIT, END_TOTAL};
+use crate::shared::optics::Optics;
 use crate::shared::triangle::{NOTHING, PlaneHit, SAME_SURFACE, TRIANGLE_OPEN, Triangle};
 use crate::shared::view::{Ray, View};
 
@@ -87,6 +88,7 @@ pub const DEFERRED_REFRACTION: PassInfo = PassInfo {
         VIEW_WGSL,
         TRIANGLE_WGSL,
         REFRACT_WGSL,
+        OPTICS_WGSL,
         LEDGER_WGSL,
         CROSSING_WGSL,
         EXIT_SEARCH_WGSL,

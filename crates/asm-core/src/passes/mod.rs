@@ -36,6 +36,7 @@ pub const PASSES: PassSet = PassSet(&[
 const VIEW_WGSL: &str = include_str!("../../../../shaders/shared/view.wgsl");
 const TRIANGLE_WGSL: &str = include_str!("../../../../shaders/shared/triangle.wgsl");
 const REFRACT_WGSL: &str = include_str!("../../../../shaders/shared/refract.wgsl");
+const OPTICS_WGSL: &str = include_str!("../../../../shaders/shared/optics.wgsl");
 const SPLAT_WGSL: &str = include_str!("../../../../shaders/shared/splat.wgsl");
 const FLUX_WGSL: &str = include_str!("../../../../shaders/shared/flux.wgsl");
 const LIGHT_VIEWS_WGSL: &str = include_str!("../../../../shaders/shared/light_views.wgsl");

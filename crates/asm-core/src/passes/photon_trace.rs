@@ -16,15 +16,16 @@ use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{
-    CROSSING_WGSL, EXIT_SEARCH_WGSL, FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, PHOTON_QUEUE_WGSL,
-    REFRACT_WGSL, SPLAT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY,
-    binding,
+    CROSSING_WGSL, EXIT_SEARCH_WGSL, FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, OPTICS_WGSL,
+    PHOTON_QUEUE_WGSL, REFRACT_WGSL, SPLAT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE,
+    VISIBILITY_TEXTURE_ARRAY, binding,
 };
 use crate::shared::crossing::{cross_surface, interface_reflectance, mirror_reflectance, reflect_at};
-use crate::shared::exit_search::{Exit, Inside, Optics};
+use crate::shared::exit_search::{Exit, Inside};
 use crate::shared::flux::{QUANTUM, add_64, flux_part, part_from};
 use crate::shared::ledger::*;
 use crate::shared::light_views::{Located, locate, locate_clamped, on_map};
+use crate::shared::optics::Optics;
 use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_HEAD, queue_cell};
 use crate::shared::splat::splat;
 use crate::shared::triangle::{
@@ -148,6 +149,7 @@ pub const PHOTON_TRACE: PassInfo = PassInfo {
         VIEW_WGSL,
         TRIANGLE_WGSL,
         REFRACT_WGSL,
+        OPTICS_WGSL,
         FLUX_WGSL,
         LIGHT_VIEWS_WGSL,
         LEDGER_WGSL,

@@ -1,25 +1,10 @@
 //! Host side of `shaders/shared/exit_search.wgsl`: where a ray inside a refractor leaves it, from what a view shows of its
 //! faces.
 
-use bytemuck::{Pod, Zeroable};
 use glam::UVec2;
 
 use super::triangle::{PlaneHit, SAME_SURFACE, Triangle};
 use super::view::{Ray, View};
-
-/// A material at one wavelength; mirrors `Optics`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct Optics {
-    /// Refractive index.
-    pub index: f32,
-    /// Absorption per working unit.
-    pub absorption: f32,
-    /// Share of refracted light that the surface lets pass; a mirror's reflectance at normal incidence.
-    pub surface: f32,
-    /// Padding.
-    pub reserved: f32,
-}
 
 /// Where a ray crosses a triangle's plane.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -7,6 +7,7 @@ pub mod gap;
 pub mod irradiance;
 pub mod ledger;
 pub mod light_views;
+pub mod optics;
 pub mod photon_queue;
 pub mod refract;
 pub mod splat;
