@@ -6,7 +6,7 @@ use spectral_core::observer::Observer;
 use spectral_scene::{IrradianceMaps, Scene};
 
 use crate::direct;
-use crate::error::{MAX_BOUNCES, ReferenceError, check_setting, check_size};
+use crate::error::{ReferenceError, check_bounces, check_setting, check_size, check_step};
 use crate::film::{Coarse, ReceiverFilm};
 use crate::lamp::{Bundle, Lamp};
 use crate::ledger::{Ledger, Tally};
@@ -96,8 +96,8 @@ impl Default for BakeSettings {
 impl BakeSettings {
     fn check(&self) -> Result<(), ReferenceError> {
         check_size(self.size)?;
-        check_setting(self.bounces <= MAX_BOUNCES, "bounces", f64::from(self.bounces), "at most 1000")?;
-        check_setting((1.0..=5.0).contains(&self.step_nm), "step_nm", self.step_nm, "1 to 5")?;
+        check_bounces(self.bounces)?;
+        check_step(self.step_nm)?;
         check_setting(
             self.direct_samples >= 1,
             "direct_samples",
@@ -216,8 +216,7 @@ const REFLECTION_SHARE: u64 = 2;
 fn baked(scene: &Scene, receiver: usize, settings: &BakeSettings, progress: &(dyn Fn(f64) + Sync)) -> Bake {
     progress(0.0);
     let world = World::new(scene);
-    let lamps: Vec<Lamp> =
-        scene.lights.iter().map(|l| Lamp::new(l, settings.observer, settings.step_nm, &world)).collect();
+    let lamps = Lamp::all(scene, settings.observer, settings.step_nm, &world);
     let texels = Texels::new(scene, &world, receiver, settings.size);
     let (direct, direct_coarse) = direct_layer(&world, &lamps, &texels, settings);
     progress(DIRECT_PROGRESS);

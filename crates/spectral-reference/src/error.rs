@@ -69,7 +69,7 @@ pub enum ReferenceError {
 }
 
 /// Most reflections that can be asked for.
-pub(crate) const MAX_BOUNCES: u32 = 1000;
+const MAX_BOUNCES: u32 = 1000;
 
 /// The most texels or pixels along one side.
 const MAX_SIDE: u32 = 8192;
@@ -81,6 +81,14 @@ pub(crate) fn check_size([width, height]: [u32; 2]) -> Result<(), ReferenceError
     } else {
         Err(ReferenceError::Size { width, height, max: MAX_SIDE })
     }
+}
+
+pub(crate) fn check_bounces(bounces: u32) -> Result<(), ReferenceError> {
+    check_setting(bounces <= MAX_BOUNCES, "bounces", f64::from(bounces), "at most 1000")
+}
+
+pub(crate) fn check_step(step_nm: f64) -> Result<(), ReferenceError> {
+    check_setting((1.0..=5.0).contains(&step_nm), "step_nm", step_nm, "1 to 5")
 }
 
 pub(crate) fn check_setting(

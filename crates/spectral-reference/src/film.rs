@@ -2,7 +2,7 @@
 
 use crate::shoot::{Film, REPLICATES};
 use crate::texels::Texels;
-use crate::trace::{Landing, Layer, Sink};
+use crate::trace::{Landing, Layer};
 use crate::world::World;
 
 /// Errors are stated at this resolution.
@@ -83,13 +83,6 @@ pub(crate) struct Deposit {
     xyz: [f64; 3],
 }
 
-pub(crate) struct ReceiverSink<'a> {
-    world: &'a World,
-    texels: &'a Texels,
-    layer: Layer,
-    deposits: Vec<Deposit>,
-}
-
 impl<'a> ReceiverFilm<'a> {
     pub(crate) fn new(world: &'a World, texels: &'a Texels, layer: Layer) -> Self {
         let flux = vec![[0.0; 3]; texels.areas.len()];
@@ -105,8 +98,10 @@ impl<'a> ReceiverFilm<'a> {
     }
 }
 
-impl Sink for ReceiverSink<'_> {
-    fn land(&mut self, landing: &Landing) -> bool {
+impl Film for ReceiverFilm<'_> {
+    type Deposit = Deposit;
+
+    fn expose(&self, _lamp: usize, landing: &Landing, deposits: &mut Vec<Deposit>) -> bool {
         let Some(texel) = self.texels.texel(self.world, landing.hit) else { return false };
         if landing.layer == self.layer {
             let mut xyz = [0.0; 3];
@@ -115,29 +110,13 @@ impl Sink for ReceiverSink<'_> {
                     *sum += value * power * landing.flux;
                 }
             }
-            self.deposits.push(Deposit { texel, xyz });
+            deposits.push(Deposit { texel, xyz });
         }
         true
     }
-}
 
-impl Film for ReceiverFilm<'_> {
-    type Deposit = Deposit;
-    type Sink<'b>
-        = ReceiverSink<'b>
-    where
-        Self: 'b;
-
-    fn sink(&self, _lamp: usize) -> ReceiverSink<'_> {
-        ReceiverSink { world: self.world, texels: self.texels, layer: self.layer, deposits: Vec::new() }
-    }
-
-    fn brightness(sink: &ReceiverSink<'_>) -> f64 {
-        sink.deposits.iter().map(|deposit| deposit.xyz[1]).sum()
-    }
-
-    fn deposits(sink: ReceiverSink<'_>) -> Vec<Deposit> {
-        sink.deposits
+    fn flux(deposit: &Deposit) -> f64 {
+        deposit.xyz[1]
     }
 
     fn add(&mut self, replicate: usize, deposits: Vec<Deposit>) {

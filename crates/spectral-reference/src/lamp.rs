@@ -36,7 +36,12 @@ pub(crate) struct Incident {
 }
 
 impl Lamp {
-    pub(crate) fn new(light: &Light, observer: Observer, step_nm: f64, world: &World) -> Self {
+    /// All lights of the scene.
+    pub(crate) fn all(scene: &Scene, observer: Observer, step_nm: f64, world: &World) -> Vec<Self> {
+        scene.lights.iter().map(|light| Self::new(light, observer, step_nm, world)).collect()
+    }
+
+    fn new(light: &Light, observer: Observer, step_nm: f64, world: &World) -> Self {
         let nesting = match light.shape {
             LightShape::Directional { .. } => Nesting::default(),
             LightShape::Point { position_m, .. } | LightShape::Spot { position_m, .. } => {

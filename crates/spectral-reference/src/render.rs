@@ -7,7 +7,7 @@ use spectral_core::observer::Observer;
 use spectral_scene::{Camera, Scene};
 
 use crate::bake::pool;
-use crate::error::{MAX_BOUNCES, ReferenceError, check_setting, check_size};
+use crate::error::{ReferenceError, check_bounces, check_setting, check_size, check_step};
 use crate::lamp::{Bundle, Lamp};
 use crate::shade::{EyeSink, LightMaps};
 use crate::shoot::Shooter;
@@ -62,8 +62,8 @@ impl RenderSettings {
     fn check(&self) -> Result<(), ReferenceError> {
         check_size(self.size)?;
         check_size(self.bake_size)?;
-        check_setting(self.bounces <= MAX_BOUNCES, "bounces", f64::from(self.bounces), "at most 1000")?;
-        check_setting((1.0..=5.0).contains(&self.step_nm), "step_nm", self.step_nm, "1 to 5")?;
+        check_bounces(self.bounces)?;
+        check_step(self.step_nm)?;
         let samples = f64::from(self.samples_per_pixel);
         check_setting(self.samples_per_pixel >= 1, "samples_per_pixel", samples, "at least 1")?;
         check_setting(self.photons >= 1, "photons", self.photons as f64, "at least 1")
@@ -119,8 +119,7 @@ fn rendered(
 ) -> Picture {
     progress(0.0);
     let world = World::new(scene);
-    let lamps: Vec<Lamp> =
-        scene.lights.iter().map(|l| Lamp::new(l, settings.observer, settings.step_nm, &world)).collect();
+    let lamps = Lamp::all(scene, settings.observer, settings.step_nm, &world);
     let limits = Limits::of_light(settings.bounces);
     let shooter = Shooter::new(&world, &lamps, Bundle::all(scene, &world, &lamps), limits, settings.seed);
     let map_size = (!shooter.is_idle()).then_some(settings.bake_size);

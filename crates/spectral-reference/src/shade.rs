@@ -48,12 +48,6 @@ pub(crate) struct BandDeposit {
     flux: f64,
 }
 
-pub(crate) struct BandSink<'a> {
-    maps: &'a LightMaps<'a>,
-    lamp: usize,
-    deposits: Vec<BandDeposit>,
-}
-
 impl<'a> LightMaps<'a> {
     /// `size` is about how many texels each object gets; `None` if no light will come from glass or mirrors.
     pub(crate) fn new(scene: &Scene, world: &'a World, lamps: &[Lamp], size: Option<[u32; 2]>) -> Self {
@@ -116,21 +110,25 @@ impl<'a> LightMaps<'a> {
 
 impl Film for LightMaps<'_> {
     type Deposit = BandDeposit;
-    type Sink<'b>
-        = BandSink<'b>
-    where
-        Self: 'b;
 
-    fn sink(&self, lamp: usize) -> BandSink<'_> {
-        BandSink { maps: self, lamp, deposits: Vec::new() }
+    fn expose(&self, lamp: usize, landing: &Landing, deposits: &mut Vec<BandDeposit>) -> bool {
+        let object = self.world.faces[landing.hit.triangle as usize].object;
+        let Some(texels) = &self.mattes[object as usize].texels else { return false };
+        let Some(texel) = texels.texel(self.world, landing.hit) else { return false };
+        let bands = self.bands[lamp];
+        for (lane, power) in landing.lanes.iter().zip(landing.powers) {
+            deposits.push(BandDeposit {
+                lamp: lamp as u32,
+                object,
+                at: u64::from(texel) * bands as u64 + self.band(lamp, lane.quantile) as u64,
+                flux: landing.flux * power / landing.lanes_of_path as f64,
+            });
+        }
+        true
     }
 
-    fn brightness(sink: &BandSink<'_>) -> f64 {
-        sink.deposits.iter().map(|deposit| deposit.flux).sum()
-    }
-
-    fn deposits(sink: BandSink<'_>) -> Vec<BandDeposit> {
-        sink.deposits
+    fn flux(deposit: &BandDeposit) -> f64 {
+        deposit.flux
     }
 
     fn add(&mut self, _replicate: usize, deposits: Vec<BandDeposit>) {
@@ -143,25 +141,6 @@ impl Film for LightMaps<'_> {
             }
             map[at as usize] += flux;
         }
-    }
-}
-
-impl Sink for BandSink<'_> {
-    fn land(&mut self, landing: &Landing) -> bool {
-        let maps = self.maps;
-        let object = maps.world.faces[landing.hit.triangle as usize].object;
-        let Some(texels) = &maps.mattes[object as usize].texels else { return false };
-        let Some(texel) = texels.texel(maps.world, landing.hit) else { return false };
-        let bands = maps.bands[self.lamp];
-        for (lane, power) in landing.lanes.iter().zip(landing.powers) {
-            self.deposits.push(BandDeposit {
-                lamp: self.lamp as u32,
-                object,
-                at: u64::from(texel) * bands as u64 + maps.band(self.lamp, lane.quantile) as u64,
-                flux: landing.flux * power / landing.lanes_of_path as f64,
-            });
-        }
-        true
     }
 }
 

@@ -9,7 +9,7 @@ use crate::aim::{Aim, Find};
 use crate::lamp::{Bundle, Lamp};
 use crate::ledger::Tally;
 use crate::sobol::{Sequence, mix};
-use crate::trace::{Emission, Limits, Sink, Tracer};
+use crate::trace::{Emission, Landing, Limits, Sink, Tracer};
 use crate::world::World;
 
 /// Independent randomisations: enough for an estimate of the error over thousands of texels, few enough to leave
@@ -25,19 +25,34 @@ const CHUNK: usize = 256;
 const SCOUTS_PER_CELL: u64 = 16;
 const MAX_SCOUTS: u64 = 1 << 18;
 
-/// Collects what lands.
+/// A map of what lands.
 pub(crate) trait Film: Sync {
     type Deposit: Send;
-    type Sink<'a>: Sink
-    where
-        Self: 'a;
 
-    /// A place for the deposits of one chunk of one lamp's light.
-    fn sink(&self, lamp: usize) -> Self::Sink<'_>;
-    /// Flux of a sink's deposits, lumens.
-    fn brightness(sink: &Self::Sink<'_>) -> f64;
-    fn deposits(sink: Self::Sink<'_>) -> Vec<Self::Deposit>;
+    /// What light of a lamp leaves where it lands, at the end of `deposits`; false if that is beside the map.
+    fn expose(&self, lamp: usize, landing: &Landing, deposits: &mut Vec<Self::Deposit>) -> bool;
+    /// Flux of a deposit, lumens.
+    fn flux(deposit: &Self::Deposit) -> f64;
     fn add(&mut self, replicate: usize, deposits: Vec<Self::Deposit>);
+}
+
+/// What one chunk of a lamp's light leaves on a film.
+struct Exposure<'a, F: Film> {
+    film: &'a F,
+    lamp: usize,
+    deposits: Vec<F::Deposit>,
+}
+
+impl<'a, F: Film> Exposure<'a, F> {
+    fn new(film: &'a F, lamp: usize) -> Self {
+        Self { film, lamp, deposits: Vec::new() }
+    }
+}
+
+impl<F: Film> Sink for Exposure<'_, F> {
+    fn land(&mut self, landing: &Landing) -> bool {
+        self.film.expose(self.lamp, landing, &mut self.deposits)
+    }
 }
 
 /// Everything that stays the same from path to path.
@@ -118,10 +133,11 @@ impl<'a> Shooter<'a> {
         film: &F,
     ) -> (usize, f64, u64) {
         let lamp = self.bundles[bundle].lamp;
-        let mut tracer = Tracer::new(self.world, self.limits, film.sink(lamp));
+        let mut tracer = Tracer::new(self.world, self.limits, Exposure::new(film, lamp));
         self.send(&mut tracer, bundle, sequence, index);
         let [s, t, _] = sequence.point(index);
-        (Aim::cell(side, [s, t]), F::brightness(&tracer.sink), tracer.tally.counts.rays)
+        let flux = tracer.sink.deposits.iter().map(F::flux).sum();
+        (Aim::cell(side, [s, t]), flux, tracer.tally.counts.rays)
     }
 
     /// Empty books for the paths.
@@ -214,11 +230,11 @@ impl<'a> Shooter<'a> {
         film: &F,
     ) -> (Vec<F::Deposit>, Tally) {
         let lamp = self.bundles[block.bundle].lamp;
-        let mut tracer = Tracer::new(self.world, self.limits, film.sink(lamp));
+        let mut tracer = Tracer::new(self.world, self.limits, Exposure::new(film, lamp));
         for &(_, index) in chunk {
             self.send(&mut tracer, block.bundle, sequence, index);
         }
-        (F::deposits(tracer.sink), tracer.tally)
+        (tracer.sink.deposits, tracer.tally)
     }
 
     fn send<S: Sink>(&self, tracer: &mut Tracer<S>, at: usize, sequence: &Sequence, index: u32) {
