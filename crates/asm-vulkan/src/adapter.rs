@@ -1,14 +1,15 @@
 //! Choosing a physical device.
 
-use std::ffi::{CStr, c_void};
+use std::ffi::CStr;
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use ash::{ext, vk};
+use ash::vk;
 use frame_plan::{DeviceInfo, ExecuteError};
 
 use crate::conv;
 use crate::device::{EXECUTOR, Failure};
+use crate::validation::{self, Messenger};
 
 /// How a headless executor finds and uses its device.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -32,30 +33,15 @@ pub fn adapters() -> Vec<DeviceInfo> {
     )
 }
 
-const VALIDATION_LAYER: &CStr = c"VK_LAYER_KHRONOS_validation";
-
 /// Whether [`VulkanOptions::validation`] can be had here.
 #[must_use]
 pub fn validation_is_available() -> bool {
-    load().is_ok_and(|entry| has_validation_layer(&entry))
+    load().is_ok_and(|entry| validation::is_installed(&entry))
 }
 
 fn load() -> Result<ash::Entry, String> {
     // SAFETY: loading the system's Vulkan loader runs its initialisers, which only set it up.
     unsafe { ash::Entry::load() }.map_err(|e| format!("no Vulkan loader: {e}"))
-}
-
-fn has_validation_layer(entry: &ash::Entry) -> bool {
-    // SAFETY: the loader is loaded; the call has no further conditions.
-    let layers = unsafe { entry.enumerate_instance_layer_properties() }.unwrap_or_default();
-    layers.iter().any(|layer| layer.layer_name_as_c_str() == Ok(VALIDATION_LAYER))
-}
-
-fn layer_has_settings(entry: &ash::Entry) -> bool {
-    // SAFETY: the loader is loaded; the call has no further conditions.
-    let found = unsafe { entry.enumerate_instance_extension_properties(Some(VALIDATION_LAYER)) };
-    let is_it = |e: &vk::ExtensionProperties| e.extension_name_as_c_str() == Ok(ext::layer_settings::NAME);
-    found.unwrap_or_default().iter().any(is_it)
 }
 
 pub(crate) fn no_device(reason: String) -> ExecuteError {
@@ -65,7 +51,7 @@ pub(crate) fn no_device(reason: String) -> ExecuteError {
 /// An instance of our own.
 pub(crate) struct Instance {
     pub(crate) raw: ash::Instance,
-    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    messenger: Option<Messenger>,
     /// Where the messenger notes what it hears.
     pub(crate) failure: Arc<Failure>,
     /// The loader's library stays loaded as long as its functions are used.
@@ -75,66 +61,25 @@ pub(crate) struct Instance {
 impl Instance {
     /// # Errors
     /// [`ExecuteError::NoDevice`] without a loader, a driver, or a validation layer where one is asked for.
-    pub(crate) fn new(validation: bool) -> Result<Self, ExecuteError> {
+    pub(crate) fn new(validated: bool) -> Result<Self, ExecuteError> {
         let entry = load().map_err(no_device)?;
-        if validation && !has_validation_layer(&entry) {
+        if validated && !validation::is_installed(&entry) {
             return Err(no_device(
                 "the validation layer is not installed (Debian: vulkan-validationlayers)".into(),
             ));
         }
         let failure = Arc::new(Failure::default());
-        let application =
-            vk::ApplicationInfo::default().application_name(c"frame plan").api_version(vk::API_VERSION_1_3);
-        let mut create = vk::InstanceCreateInfo::default().application_info(&application);
-        let layers = [VALIDATION_LAYER.as_ptr()];
-        let extensions = [ext::debug_utils::NAME.as_ptr(), ext::validation_features::NAME.as_ptr()];
-        let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-        let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
-        let yes = vk::TRUE.to_ne_bytes();
-        let settings = [vk::LayerSettingEXT {
-            p_layer_name: VALIDATION_LAYER.as_ptr(),
-            p_setting_name: c"syncval_shader_accesses_heuristic".as_ptr(),
-            ty: vk::LayerSettingTypeEXT::BOOL32,
-            value_count: 1,
-            p_values: yes.as_ptr().cast(),
-            ..vk::LayerSettingEXT::default()
-        }];
-        let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
-        if validation {
-            create = create
-                .enabled_layer_names(&layers)
-                .enabled_extension_names(&extensions)
-                .push_next(&mut features);
-            // Newer layers look at what shaders read and write only if they are asked to.
-            if layer_has_settings(&entry) {
-                create = create.push_next(&mut settings);
-            }
-        }
-        // SAFETY: what `create` points to lives until the call returns.
-        let raw = unsafe { entry.create_instance(&create, None) }
+        let raw = validation::create_instance(&entry, c"frame plan", validated)
             .map_err(|e| no_device(format!("no Vulkan instance: {e}")))?;
         let mut instance = Self { raw, messenger: None, failure, _entry: entry };
-        if validation {
-            instance.listen()?;
+        if validated {
+            let failure = Arc::clone(&instance.failure);
+            let hear = Box::new(move |message| failure.note(format!("validation: {message}")));
+            // SAFETY: the instance is validated, and `drop` lets the messenger go before it.
+            let messenger = unsafe { Messenger::new(&instance._entry, &instance.raw, hear) };
+            instance.messenger = Some(messenger.map_err(|e| no_device(format!("no debug messenger: {e}")))?);
         }
         Ok(instance)
-    }
-
-    /// Note what the validation layer says.
-    fn listen(&mut self) -> Result<(), ExecuteError> {
-        let functions = ext::debug_utils::Instance::new(&self._entry, &self.raw);
-        let create = vk::DebugUtilsMessengerCreateInfoEXT::default()
-            .message_severity(
-                vk::DebugUtilsMessageSeverityFlagsEXT::ERROR | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
-            )
-            .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
-            .pfn_user_callback(Some(note_message))
-            .user_data(Arc::as_ptr(&self.failure).cast_mut().cast());
-        // SAFETY: the extension is enabled; the user data outlives the messenger, which `drop` destroys first.
-        let messenger = unsafe { functions.create_debug_utils_messenger(&create, None) }
-            .map_err(|e| no_device(format!("no debug messenger: {e}")))?;
-        self.messenger = Some((functions, messenger));
-        Ok(())
     }
 
     /// Devices that can run plans, the most powerful first.
@@ -162,35 +107,10 @@ impl Instance {
 
 impl Drop for Instance {
     fn drop(&mut self) {
-        // SAFETY: everything made from the instance is gone: it belongs to the device that drops it last. The messenger goes
-        // before the instance, and neither is used again.
-        unsafe {
-            if let Some((functions, messenger)) = self.messenger.take() {
-                functions.destroy_debug_utils_messenger(messenger, None);
-            }
-            self.raw.destroy_instance(None);
-        }
+        self.messenger = None;
+        // SAFETY: everything made from the instance is gone: it belongs to the device that drops it last. It is not used again.
+        unsafe { self.raw.destroy_instance(None) }
     }
-}
-
-/// What the validation layer calls.
-///
-/// # Safety
-/// `data` points to a message, `failure` to a [`Failure`], for the time of the call.
-unsafe extern "system" fn note_message(
-    _: vk::DebugUtilsMessageSeverityFlagsEXT,
-    _: vk::DebugUtilsMessageTypeFlagsEXT,
-    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
-    failure: *mut c_void,
-) -> vk::Bool32 {
-    // SAFETY: as the function demands; the message is a string that ends with 0, or null.
-    let (failure, message) = unsafe {
-        let message = (*data).p_message;
-        let text = if message.is_null() { c"" } else { CStr::from_ptr(message) };
-        (&*failure.cast::<Failure>(), text.to_string_lossy())
-    };
-    failure.note(format!("validation: {message}"));
-    vk::FALSE
 }
 
 /// A physical device that can run plans.

@@ -40,8 +40,7 @@ impl Failure {
 
 /// What a host application hands over: its device, and what it enabled there.
 ///
-/// The device has Vulkan 1.3 with these features, which every such device can enable: `timelineSemaphore`, `synchronization2`,
-/// `dynamicRendering`, `robustImageAccess` and `shaderZeroInitializeWorkgroupMemory`.
+/// The device has Vulkan 1.3 with the features of [`VulkanHost::required_features`].
 #[derive(Clone)]
 pub struct VulkanHost {
     /// The instance that `physical_device` comes from.
@@ -60,6 +59,21 @@ pub struct VulkanHost {
     pub robust_buffer_access2: bool,
     /// The feature `fragmentStoresAndAtomics` is enabled, which plans need whose draws write buffers.
     pub fragment_stores_and_atomics: bool,
+}
+
+impl VulkanHost {
+    /// What a host enables when it creates its device, along with features of its own: `timelineSemaphore`, `synchronization2`,
+    /// `dynamicRendering`, `robustImageAccess` and `shaderZeroInitializeWorkgroupMemory`, which every device of Vulkan 1.3 has.
+    pub fn required_features()
+    -> (vk::PhysicalDeviceVulkan12Features<'static>, vk::PhysicalDeviceVulkan13Features<'static>) {
+        let features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
+        let features13 = vk::PhysicalDeviceVulkan13Features::default()
+            .synchronization2(true)
+            .dynamic_rendering(true)
+            .robust_image_access(true)
+            .shader_zero_initialize_workgroup_memory(true);
+        (features12, features13)
+    }
 }
 
 /// Device and queue, ours or a host's.
@@ -123,12 +137,7 @@ impl Gpu {
             draw_indirect_first_instance: can.draw_indirect_first_instance,
             ..vk::PhysicalDeviceFeatures::default()
         };
-        let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
-        let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
-            .synchronization2(true)
-            .dynamic_rendering(true)
-            .robust_image_access(true)
-            .shader_zero_initialize_workgroup_memory(true);
+        let (mut features12, mut features13) = VulkanHost::required_features();
         let mut robust2 = vk::PhysicalDeviceRobustness2FeaturesEXT::default()
             .robust_buffer_access2(robust_buffers)
             .robust_image_access2(robust.robust_image_access2 == vk::TRUE);

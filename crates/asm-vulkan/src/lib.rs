@@ -5,7 +5,7 @@
 //! (`resources`), recording of its steps (`command`), reading back (`readback`), times per step (`timing`) and the
 //! translation of formats and states (`conv`). What wgpu does by itself is here, too: objects that clean up (`object`), barriers
 //! from what steps do with resources (`barrier`), descriptor sets (`descriptor`), writes between frames (`upload`), compiled
-//! pipelines on disk (`cache`).
+//! pipelines on disk (`cache`), Khronos' layer that checks all this (`validation`).
 //!
 //! Shaders come as SPIR-V that build scripts make of the passes' WGSL: see [`frame_plan::spirv`]. [`ASM_PASSES`] are those of
 //! asm-core.
@@ -34,6 +34,7 @@ mod readback;
 mod resources;
 mod timing;
 mod upload;
+mod validation;
 
 use std::borrow::Cow;
 

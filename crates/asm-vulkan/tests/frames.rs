@@ -13,39 +13,19 @@ mod passes;
 use asm_vulkan::ash::vk;
 use asm_vulkan::{HostImage, VulkanExecutor};
 use device::{compiled, executor, read, words};
-use frame_plan::{ExecuteError, Executor, Lifetime, Plan, Resource, Step, TextureFormat};
+use frame_plan::{ExecuteError, Executor, Lifetime, TextureFormat};
+use frames::{SIZE, hosted_plan, refused};
 use host::Host;
 use passes::*;
 
-const SIZE: [u32; 2] = [61, 47];
-
-/// Plans of other sizes, one after the other: what the last one held is all there is.
+/// And nothing is left when the executor is gone.
 #[test]
 fn changing_plans_leaks_nothing() {
     let Some(host) = Host::new(true) else { return };
     let mut gpu = host.executor(compiled(PASSES));
-    let plans = |size: u32| [visibility_plan([size, size], &fan(), 2), mips_plan(), indirect_plan()];
-    let mut counts = Vec::new();
-    for size in [64, 16, 128, 31] {
-        for plan in plans(size) {
-            gpu.prepare(&plan).unwrap();
-            gpu.execute().unwrap();
-        }
-        counts.push(gpu.live_objects());
-    }
-    assert!(counts.iter().all(|count| *count == counts[0]), "{counts:?}");
-    assert!(counts[0].iter().any(|(_, count)| *count > 0));
+    frames::changing_plans_leaks_nothing(&mut gpu, |gpu| gpu.live_objects());
     // When the host destroys its device, validation finds what the executor might have left.
     drop(gpu);
-}
-
-/// The visibility plan with its integer target owned by the host.
-fn hosted_plan() -> Plan {
-    let mut plan = visibility_plan(SIZE, &fan(), 3);
-    let ids = plan.resource("ids").unwrap();
-    plan.resources[ids.0 as usize] =
-        Resource::texture("ids", TextureFormat::R32Uint, SIZE).with_lifetime(Lifetime::Imported);
-    plan
 }
 
 const TARGET: vk::ImageUsageFlags = vk::ImageUsageFlags::COLOR_ATTACHMENT;
@@ -61,9 +41,7 @@ fn import(gpu: &mut VulkanExecutor, name: &str, image: HostImage) -> Result<(), 
 
 /// Read a host's image by a plan that imports it and does nothing.
 fn pixels(host: &Host, image: HostImage) -> Vec<u32> {
-    let mut plan = Plan { name: "read".into(), ..Plan::default() };
-    let resource = Resource::texture("image", TextureFormat::R32Uint, SIZE).readable();
-    plan.add_resource(resource.with_lifetime(Lifetime::Imported));
+    let plan = device::image_plan(TextureFormat::R32Uint, SIZE);
     let mut reader = host.executor(compiled(PASSES));
     import(&mut reader, "image", image).unwrap();
     reader.prepare(&plan).unwrap();
@@ -139,11 +117,6 @@ fn a_host_buffer_is_read_and_one_of_the_plan_is_lent() {
 fn imports_that_do_not_fit_are_refused() {
     let Some(host) = Host::new(true) else { return };
     let mut gpu = host.executor(compiled(PASSES));
-    let refused = |result: Result<(), ExecuteError>, text: &str| {
-        let error = result.unwrap_err();
-        assert!(matches!(error, ExecuteError::Usage(_)), "{error}");
-        assert!(error.to_string().contains(text), "{error}");
-    };
     refused(gpu.prepare(&hosted_plan()), "\"ids\" was not handed over");
     let sampled = vk::ImageUsageFlags::SAMPLED;
     for (format, size, usage, text) in [
@@ -168,15 +141,4 @@ fn imports_that_do_not_fit_are_refused() {
     let unreadable = host.image(vk::Format::R32_UINT, SIZE, TARGET);
     import(&mut gpu, "ids", unreadable).unwrap();
     refused(gpu.prepare(&read_back), "lacks the usages TRANSFER_SRC");
-}
-
-#[test]
-fn empty_dispatches_and_plans_run() {
-    let Some(mut gpu) = executor(PASSES) else { return };
-    let mut plan = scale_plan();
-    let Step::Dispatch { groups, .. } = &mut plan.steps[0] else { unreachable!() };
-    *groups = [0, 1, 1];
-    assert!(words(&device::run(&mut gpu, &plan, "output")).iter().all(|&w| w == 0));
-    plan.steps.clear();
-    assert!(words(&device::run(&mut gpu, &plan, "output")).iter().all(|&w| w == 0));
 }

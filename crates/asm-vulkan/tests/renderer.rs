@@ -11,7 +11,7 @@ mod renderer;
 use asm_core::AsmError;
 use asm_vulkan::ash::vk;
 use asm_vulkan::{ASM_PASSES, AsmRenderer, DisplayPass, HostImage, VulkanExecutor};
-use frame_plan::{Lifetime, Plan, Resource, ResourceId, TextureFormat};
+use frame_plan::{ResourceId, TextureFormat};
 use host::Host;
 use spectral_core::display::Display;
 
@@ -86,9 +86,7 @@ impl Screen {
         let usage = vk::ImageUsageFlags::TRANSFER_DST | vk::ImageUsageFlags::TRANSFER_SRC;
         let copy = self.host.image(vk::Format::R8G8B8A8_UNORM, self.target.size, usage);
         self.host.copy_image(&self.target, &copy);
-        let mut plan = Plan { name: "read".into(), ..Plan::default() };
-        let image = Resource::texture("image", TextureFormat::Rgba8Unorm, self.target.size).readable();
-        plan.add_resource(image.with_lifetime(Lifetime::Imported));
+        let plan = device::image_plan(TextureFormat::Rgba8Unorm, self.target.size);
         let mut reader = self.executor();
         // SAFETY: the host's images live as long as the host.
         unsafe { reader.import_image("image", copy) }.unwrap();

@@ -18,15 +18,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     executor.execute()?;
     let (maps, statistics) = bake.read(&mut executor)?;
 
-    let texels = maps.direct.len() as f64;
-    for (name, layer) in [("direct", &maps.direct), ("refracted", &maps.refracted)] {
-        let mean = |c: usize| layer.iter().map(|t| f64::from(t[c])).sum::<f64>() / texels;
-        let most = layer.iter().map(|t| t[1]).fold(0.0, f32::max);
-        println!("{name}: mean XYZ {:.4} {:.4} {:.4}, largest Y {most:.3}", mean(0), mean(1), mean(2));
-    }
-    let landed: u64 =
-        statistics.lights.iter().flat_map(|l| &l.ledgers).map(|l| u64::from(l.landed.photons)).sum();
-    println!("{} photons met glass, {landed} landed", statistics.photons);
+    let brightest = maps.refracted.iter().map(|[_, y, _]| *y).fold(0.0, f32::max);
+    println!("{} photons met glass; the brightest texel has {brightest:.3} lx", statistics.photons);
     for step in &statistics.step_times {
         println!("{:9.3} ms  {}", step.milliseconds, step.name);
     }

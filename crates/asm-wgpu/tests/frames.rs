@@ -11,11 +11,10 @@ mod passes;
 
 use asm_wgpu::WgpuExecutor;
 use device::{executor, read, words};
-use frame_plan::{ExecuteError, Executor, Lifetime, Plan, Resource, Step, TextureFormat};
+use frame_plan::{Executor, Lifetime, TextureFormat};
+use frames::{SIZE, hosted_plan, refused};
 use host::Host;
 use passes::*;
-
-const SIZE: [u32; 2] = [61, 47];
 
 fn names(gpu: &mut WgpuExecutor) -> Vec<String> {
     gpu.step_times().into_iter().map(|t| t.name).collect()
@@ -34,41 +33,20 @@ fn a_device_that_times_passes_only_leaves_other_steps_out() {
     assert_eq!(names(&mut gpu), if timed { vec!["pyramid"] } else { vec![] });
 }
 
-/// Plans of other sizes, one after the other: what the last one held is all there is.
+/// And nothing is left when the executor is gone.
 #[test]
 fn changing_plans_leaks_nothing() {
     let Some(host) = Host::new(wgpu::Features::empty()) else { return };
     let mut gpu = host.executor(PASSES);
-    let plans = |size: u32| [visibility_plan([size, size], &fan(), 2), mips_plan(), indirect_plan()];
-    let mut counts = Vec::new();
-    for size in [64, 16, 128, 31] {
-        for plan in plans(size) {
-            gpu.prepare(&plan).unwrap();
-            gpu.execute().unwrap();
-        }
-        counts.push(host.live_objects());
-    }
-    assert!(counts.iter().all(|count| *count == counts[0]), "{counts:?}");
-    assert!(counts[0].iter().any(|(_, count)| *count > 0));
+    frames::changing_plans_leaks_nothing(&mut gpu, |_| host.live_objects());
     drop(gpu);
     let left = host.live_objects();
     assert!(left.iter().all(|(_, count)| *count == 0), "{left:?}");
 }
 
-/// The visibility plan with its integer target owned by the host.
-fn hosted_plan() -> Plan {
-    let mut plan = visibility_plan(SIZE, &fan(), 3);
-    let ids = plan.resource("ids").unwrap();
-    plan.resources[ids.0 as usize] =
-        Resource::texture("ids", TextureFormat::R32Uint, SIZE).with_lifetime(Lifetime::Imported);
-    plan
-}
-
 /// Read a host's texture by a plan that imports it and does nothing.
 fn pixels(host: &Host, texture: &wgpu::Texture) -> Vec<u32> {
-    let mut plan = Plan { name: "read".into(), ..Plan::default() };
-    let resource = Resource::texture("image", TextureFormat::R32Uint, SIZE).readable();
-    plan.add_resource(resource.with_lifetime(Lifetime::Imported));
+    let plan = device::image_plan(TextureFormat::R32Uint, SIZE);
     let mut reader = host.executor(PASSES);
     reader.import_texture("image", texture.clone()).unwrap();
     reader.prepare(&plan).unwrap();
@@ -124,11 +102,6 @@ fn a_host_buffer_is_read_and_one_of_the_plan_is_lent() {
 fn imports_that_do_not_fit_are_refused() {
     let Some(host) = Host::new(wgpu::Features::empty()) else { return };
     let mut gpu = host.executor(PASSES);
-    let refused = |result: Result<(), ExecuteError>, text: &str| {
-        let error = result.unwrap_err();
-        assert!(matches!(error, ExecuteError::Usage(_)), "{error}");
-        assert!(error.to_string().contains(text), "{error}");
-    };
     refused(gpu.prepare(&hosted_plan()), "\"ids\" was not handed over");
     let attachment = wgpu::TextureUsages::RENDER_ATTACHMENT;
     let sampled = wgpu::TextureUsages::TEXTURE_BINDING;
@@ -155,15 +128,4 @@ fn imports_that_do_not_fit_are_refused() {
     let mut gpu = host.executor(PASSES);
     gpu.import_texture_view("ids", view).unwrap();
     refused(gpu.prepare(&read_back), "is a view, but is copied or read back");
-}
-
-#[test]
-fn empty_dispatches_and_plans_run() {
-    let Some(mut gpu) = executor(PASSES) else { return };
-    let mut plan = scale_plan();
-    let Step::Dispatch { groups, .. } = &mut plan.steps[0] else { unreachable!() };
-    *groups = [0, 1, 1];
-    assert!(words(&device::run(&mut gpu, &plan, "output")).iter().all(|&w| w == 0));
-    plan.steps.clear();
-    assert!(words(&device::run(&mut gpu, &plan, "output")).iter().all(|&w| w == 0));
 }

@@ -9,7 +9,7 @@ mod renderer;
 
 use asm_core::{AsmError, PASSES};
 use asm_wgpu::{AsmRenderer, DisplayPass, WgpuExecutor};
-use frame_plan::{Lifetime, Plan, Resource, ResourceId, TextureFormat};
+use frame_plan::{ResourceId, TextureFormat};
 use host::Host;
 use spectral_core::display::Display;
 
@@ -85,9 +85,7 @@ impl Screen {
         let copy = self.host.texture(wgpu::TextureFormat::Rgba8Unorm, self.size, usage);
         let (from, to) = (self.target.as_image_copy(), copy.as_image_copy());
         self.host.frame(|encoder| encoder.copy_texture_to_texture(from, to, self.target.size()));
-        let mut plan = Plan { name: "read".into(), ..Plan::default() };
-        let image = Resource::texture("image", TextureFormat::Rgba8Unorm, self.size).readable();
-        plan.add_resource(image.with_lifetime(Lifetime::Imported));
+        let plan = device::image_plan(TextureFormat::Rgba8Unorm, self.size);
         let mut reader = self.executor();
         reader.import_texture("image", copy).unwrap();
         bytemuck::pod_collect_to_vec(&device::run(&mut reader, &plan, "image"))

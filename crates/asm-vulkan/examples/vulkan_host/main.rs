@@ -4,6 +4,8 @@
 //! `cargo run -p asm-vulkan --example vulkan_host [SCENE] [FILE.png]`
 #![allow(unsafe_code, reason = "a host calls Vulkan itself")]
 
+mod resources;
+
 use std::error::Error;
 
 use asm_core::Settings;
@@ -13,6 +15,7 @@ use spectral_core::display::{Display, ToneMap};
 
 const SIZE: [u32; 2] = [640, 360];
 const FORMAT: vk::Format = vk::Format::R8G8B8A8_SRGB;
+const PICTURE_BYTES: u64 = SIZE[0] as u64 * SIZE[1] as u64 * 4;
 const FRAMES: u64 = 5;
 
 fn main() -> Result<(), Box<dyn Error>> {
@@ -24,15 +27,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     // that others are made from last; what the renderer demands is said at its calls.
     let pixels = unsafe {
         let host = Application::new()?;
-        let (image, memory) = host.image()?;
-        let (staging, staging_memory) = host.staging()?;
-        let view = host.device.create_image_view(
-            &vk::ImageViewCreateInfo::default()
-                .image(image)
-                .view_type(vk::ImageViewType::TYPE_2D)
-                .format(FORMAT)
-                .subresource_range(RANGE),
-            None,
+        let usage = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC;
+        let (image, memory) = resources::image(&host.device, &host.memory, FORMAT, SIZE, usage)?;
+        let view = resources::view(&host.device, image, FORMAT)?;
+        let (staging, staging_memory) = resources::mappable_buffer(
+            &host.device,
+            &host.memory,
+            PICTURE_BYTES,
+            vk::BufferUsageFlags::TRANSFER_DST,
         )?;
 
         // Once: the executor gets the host's device and two frames that may be unfinished at once, the display draws into
@@ -57,7 +59,7 @@ fn main() -> Result<(), Box<dyn Error>> {
             size: SIZE,
             layers: 1,
             mips: 1,
-            usage: vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC,
+            usage,
             layout_before: vk::ImageLayout::UNDEFINED,
             layout_after: vk::ImageLayout::TRANSFER_SRC_OPTIMAL,
         };
@@ -80,9 +82,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         host.wait(FRAMES)?;
         drop((pass, caustics));
 
-        let bytes = (SIZE[0] * SIZE[1] * 4) as usize;
-        let mapped = host.device.map_memory(staging_memory, 0, bytes as u64, vk::MemoryMapFlags::empty())?;
-        let pixels = std::slice::from_raw_parts(mapped.cast::<u8>(), bytes).to_vec();
+        let mapped = host.device.map_memory(staging_memory, 0, PICTURE_BYTES, vk::MemoryMapFlags::empty())?;
+        let pixels = std::slice::from_raw_parts(mapped.cast::<u8>(), PICTURE_BYTES as usize).to_vec();
         host.device.destroy_image_view(view, None);
         host.device.destroy_image(image, None);
         host.device.destroy_buffer(staging, None);
@@ -100,19 +101,12 @@ fn main() -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
-const RANGE: vk::ImageSubresourceRange = vk::ImageSubresourceRange {
-    aspect_mask: vk::ImageAspectFlags::COLOR,
-    base_mip_level: 0,
-    level_count: 1,
-    base_array_layer: 0,
-    layer_count: 1,
-};
-
 /// What any Vulkan application has.
 struct Application {
     _entry: ash::Entry,
     instance: ash::Instance,
     physical: vk::PhysicalDevice,
+    memory: vk::PhysicalDeviceMemoryProperties,
     queue_family: u32,
     device: ash::Device,
     queue: vk::Queue,
@@ -140,13 +134,7 @@ impl Application {
             let queues = [vk::DeviceQueueCreateInfo::default()
                 .queue_family_index(queue_family)
                 .queue_priorities(&[1.0])];
-            // The features that the renderer needs.
-            let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
-            let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
-                .synchronization2(true)
-                .dynamic_rendering(true)
-                .robust_image_access(true)
-                .shader_zero_initialize_workgroup_memory(true);
+            let (mut features12, mut features13) = VulkanHost::required_features();
             let create = vk::DeviceCreateInfo::default()
                 .queue_create_infos(&queues)
                 .push_next(&mut features12)
@@ -166,6 +154,7 @@ impl Application {
             let timeline = device.create_semaphore(&create, None)?;
             Ok(Self {
                 _entry: entry,
+                memory: instance.get_physical_device_memory_properties(physical),
                 instance,
                 physical,
                 queue_family,
@@ -175,64 +164,6 @@ impl Application {
                 commands,
                 timeline,
             })
-        }
-    }
-
-    /// # Safety
-    /// As Vulkan's calls.
-    unsafe fn image(&self) -> Result<(vk::Image, vk::DeviceMemory), Box<dyn Error>> {
-        let create = vk::ImageCreateInfo::default()
-            .image_type(vk::ImageType::TYPE_2D)
-            .format(FORMAT)
-            .extent(vk::Extent3D { width: SIZE[0], height: SIZE[1], depth: 1 })
-            .mip_levels(1)
-            .array_layers(1)
-            .samples(vk::SampleCountFlags::TYPE_1)
-            .usage(vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::TRANSFER_SRC);
-        // SAFETY: a whole description, and memory that fits it.
-        unsafe {
-            let image = self.device.create_image(&create, None)?;
-            let wanted = self.device.get_image_memory_requirements(image);
-            let memory = self.memory(wanted, vk::MemoryPropertyFlags::DEVICE_LOCAL)?;
-            self.device.bind_image_memory(image, memory, 0)?;
-            Ok((image, memory))
-        }
-    }
-
-    /// # Safety
-    /// As Vulkan's calls.
-    unsafe fn staging(&self) -> Result<(vk::Buffer, vk::DeviceMemory), Box<dyn Error>> {
-        let create = vk::BufferCreateInfo::default()
-            .size(u64::from(SIZE[0] * SIZE[1] * 4))
-            .usage(vk::BufferUsageFlags::TRANSFER_DST);
-        let visible = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
-        // SAFETY: a whole description, and memory that fits it.
-        unsafe {
-            let buffer = self.device.create_buffer(&create, None)?;
-            let memory = self.memory(self.device.get_buffer_memory_requirements(buffer), visible)?;
-            self.device.bind_buffer_memory(buffer, memory, 0)?;
-            Ok((buffer, memory))
-        }
-    }
-
-    /// # Safety
-    /// As Vulkan's calls.
-    unsafe fn memory(
-        &self,
-        wanted: vk::MemoryRequirements,
-        flags: vk::MemoryPropertyFlags,
-    ) -> Result<vk::DeviceMemory, Box<dyn Error>> {
-        // SAFETY: the type is one that the device has.
-        unsafe {
-            let types = self.instance.get_physical_device_memory_properties(self.physical);
-            let fits = |i: &u32| {
-                wanted.memory_type_bits & (1 << i) != 0
-                    && types.memory_types[*i as usize].property_flags.contains(flags)
-            };
-            let index = (0..types.memory_type_count).find(fits).ok_or("no memory for the target")?;
-            let allocate =
-                vk::MemoryAllocateInfo::default().allocation_size(wanted.size).memory_type_index(index);
-            Ok(self.device.allocate_memory(&allocate, None)?)
         }
     }
 

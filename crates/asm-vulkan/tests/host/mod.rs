@@ -3,6 +3,12 @@
 #![allow(dead_code, unreachable_pub, reason = "every test binary includes this module and uses some of it")]
 #![allow(unsafe_code, reason = "a host calls Vulkan itself, and demands of the executor what it promises")]
 
+// Its instance is validated as the executor's own, and its images are made as an application's.
+#[path = "../../examples/vulkan_host/resources.rs"]
+mod resources;
+#[path = "../../src/validation.rs"]
+mod validation;
+
 use std::cell::Cell;
 use std::ffi::{CStr, c_void};
 use std::mem::transmute;
@@ -11,6 +17,7 @@ use std::sync::{Arc, Mutex};
 use asm_vulkan::ash::{self, ext, vk};
 use asm_vulkan::{HostBuffer, HostImage, VulkanExecutor, VulkanHost};
 use frame_plan::spirv::SpirvPasses;
+use validation::Messenger;
 
 use crate::device;
 
@@ -22,9 +29,10 @@ type Messages = Arc<Mutex<Vec<String>>>;
 pub struct Host {
     _entry: ash::Entry,
     instance: ash::Instance,
-    messenger: Option<(ext::debug_utils::Instance, vk::DebugUtilsMessengerEXT)>,
+    messenger: Option<Messenger>,
     messages: Messages,
     physical: vk::PhysicalDevice,
+    memory: vk::PhysicalDeviceMemoryProperties,
     pub device: ash::Device,
     queue: vk::Queue,
     robust: bool,
@@ -40,52 +48,16 @@ impl Host {
         let wanted = device::executor(frame_plan::PassSet(&[]))?;
         let name = frame_plan::Executor::info(&wanted).device.clone();
         drop(wanted);
-        let validation = device::validation();
+        let validated = device::validation();
         let messages = Messages::default();
         // SAFETY, for all of this function: the calls follow Vulkan's rules, and the layer checks that they do.
         unsafe {
             let entry = ash::Entry::load().unwrap();
-            let application = vk::ApplicationInfo::default().api_version(vk::API_VERSION_1_3);
-            let layer = c"VK_LAYER_KHRONOS_validation";
-            let layers = [layer.as_ptr()];
-            let extensions = [ext::debug_utils::NAME.as_ptr(), ext::validation_features::NAME.as_ptr()];
-            let enabled = [vk::ValidationFeatureEnableEXT::SYNCHRONIZATION_VALIDATION];
-            let mut features = vk::ValidationFeaturesEXT::default().enabled_validation_features(&enabled);
-            let mut create = vk::InstanceCreateInfo::default().application_info(&application);
-            let yes = vk::TRUE.to_ne_bytes();
-            let settings = [vk::LayerSettingEXT {
-                p_layer_name: layer.as_ptr(),
-                p_setting_name: c"syncval_shader_accesses_heuristic".as_ptr(),
-                ty: vk::LayerSettingTypeEXT::BOOL32,
-                value_count: 1,
-                p_values: yes.as_ptr().cast(),
-                ..Default::default()
-            }];
-            let mut settings = vk::LayerSettingsCreateInfoEXT::default().settings(&settings);
-            if validation {
-                create = create
-                    .enabled_layer_names(&layers)
-                    .enabled_extension_names(&extensions)
-                    .push_next(&mut features);
-                // Newer layers look at what shaders read and write only if they are asked to.
-                let known = entry.enumerate_instance_extension_properties(Some(layer)).unwrap();
-                if known.iter().any(|e| e.extension_name_as_c_str() == Ok(ext::layer_settings::NAME)) {
-                    create = create.push_next(&mut settings);
-                }
-            }
-            let instance = entry.create_instance(&create, None).unwrap();
-            let messenger = validation.then(|| {
-                let functions = ext::debug_utils::Instance::new(&entry, &instance);
-                let create = vk::DebugUtilsMessengerCreateInfoEXT::default()
-                    .message_severity(
-                        vk::DebugUtilsMessageSeverityFlagsEXT::ERROR
-                            | vk::DebugUtilsMessageSeverityFlagsEXT::WARNING,
-                    )
-                    .message_type(vk::DebugUtilsMessageTypeFlagsEXT::VALIDATION)
-                    .pfn_user_callback(Some(keep_message))
-                    .user_data(Arc::as_ptr(&messages).cast_mut().cast());
-                let messenger = functions.create_debug_utils_messenger(&create, None).unwrap();
-                (functions, messenger)
+            let instance = validation::create_instance(&entry, c"host", validated).unwrap();
+            let messenger = validated.then(|| {
+                let messages = Arc::clone(&messages);
+                let hear = Box::new(move |message| messages.lock().unwrap().push(message));
+                Messenger::new(&entry, &instance, hear).unwrap()
             });
             let physical = instance
                 .enumerate_physical_devices()
@@ -107,12 +79,7 @@ impl Host {
                 fragment_stores_and_atomics: vk::TRUE,
                 ..Default::default()
             };
-            let mut features12 = vk::PhysicalDeviceVulkan12Features::default().timeline_semaphore(true);
-            let mut features13 = vk::PhysicalDeviceVulkan13Features::default()
-                .synchronization2(true)
-                .dynamic_rendering(true)
-                .robust_image_access(true)
-                .shader_zero_initialize_workgroup_memory(true);
+            let (mut features12, mut features13) = VulkanHost::required_features();
             let mut robust2 = vk::PhysicalDeviceRobustness2FeaturesEXT::default().robust_buffer_access2(true);
             let device_extensions = [ext::robustness2::NAME.as_ptr()];
             let mut create = vk::DeviceCreateInfo::default()
@@ -129,6 +96,7 @@ impl Host {
             let pool = device.create_command_pool(&create, None).unwrap();
             Some(Self {
                 _entry: entry,
+                memory: instance.get_physical_device_memory_properties(physical),
                 instance,
                 messenger,
                 messages,
@@ -197,33 +165,12 @@ impl Host {
 
     /// An image with a view, in a layout it stays in between frames; its contents are undefined.
     pub fn image(&self, format: vk::Format, size: [u32; 2], usage: vk::ImageUsageFlags) -> HostImage {
-        let create = vk::ImageCreateInfo::default()
-            .image_type(vk::ImageType::TYPE_2D)
-            .format(format)
-            .extent(vk::Extent3D { width: size[0], height: size[1], depth: 1 })
-            .mip_levels(1)
-            .array_layers(1)
-            .samples(vk::SampleCountFlags::TYPE_1)
-            .usage(usage);
-        let range = vk::ImageSubresourceRange {
-            aspect_mask: vk::ImageAspectFlags::COLOR,
-            level_count: 1,
-            layer_count: 1,
-            ..Default::default()
-        };
-        // SAFETY: a whole description, memory of its own, and a layout that every image can have.
+        // SAFETY: the memory is the device's, and every image can have the layout.
         let (image, view) = unsafe {
-            let image = self.device.create_image(&create, None).unwrap();
-            let memory = self.memory(self.device.get_image_memory_requirements(image));
-            self.device.bind_image_memory(image, memory, 0).unwrap();
-            let create = vk::ImageViewCreateInfo::default()
-                .image(image)
-                .view_type(vk::ImageViewType::TYPE_2D)
-                .format(format)
-                .subresource_range(range);
+            let (image, memory) = resources::image(&self.device, &self.memory, format, size, usage).unwrap();
             let viewable = vk::ImageUsageFlags::COLOR_ATTACHMENT | vk::ImageUsageFlags::SAMPLED;
             let view = if usage.intersects(viewable) {
-                self.device.create_image_view(&create, None).unwrap()
+                resources::view(&self.device, image, format).unwrap()
             } else {
                 vk::ImageView::null()
             };
@@ -234,7 +181,7 @@ impl Host {
                 .src_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
                 .dst_queue_family_index(vk::QUEUE_FAMILY_IGNORED)
                 .image(image)
-                .subresource_range(range)];
+                .subresource_range(resources::WHOLE_IMAGE)];
             self.frame(|commands| {
                 let all = vk::PipelineStageFlags::ALL_COMMANDS;
                 self.device.cmd_pipeline_barrier(
@@ -266,12 +213,10 @@ impl Host {
     pub fn buffer(&self, words: &[u32], usage: vk::BufferUsageFlags) -> HostBuffer {
         let bytes: &[u8] = bytemuck::cast_slice(words);
         let size_bytes = bytes.len() as u64;
-        let create = vk::BufferCreateInfo::default().size(size_bytes).usage(usage);
-        // SAFETY: a whole description, memory of its own that is mapped and holds the bytes.
+        // SAFETY: the memory is the device's; where it is mapped there is room for the bytes.
         let buffer = unsafe {
-            let buffer = self.device.create_buffer(&create, None).unwrap();
-            let memory = self.memory(self.device.get_buffer_memory_requirements(buffer));
-            self.device.bind_buffer_memory(buffer, memory, 0).unwrap();
+            let (buffer, memory) =
+                resources::mappable_buffer(&self.device, &self.memory, size_bytes, usage).unwrap();
             let mapped = self.device.map_memory(memory, 0, size_bytes, vk::MemoryMapFlags::empty()).unwrap();
             std::ptr::copy_nonoverlapping(bytes.as_ptr(), mapped.cast(), bytes.len());
             self.device.unmap_memory(memory);
@@ -298,24 +243,6 @@ impl Host {
             unsafe { self.device.cmd_copy_image(commands, from.image, general, to.image, general, &[region]) }
         });
     }
-
-    /// Memory that the host can see.
-    fn memory(&self, wanted: vk::MemoryRequirements) -> vk::DeviceMemory {
-        let visible = vk::MemoryPropertyFlags::HOST_VISIBLE | vk::MemoryPropertyFlags::HOST_COHERENT;
-        // SAFETY: the device is alive, and the type is one that it has.
-        unsafe {
-            let types = self.instance.get_physical_device_memory_properties(self.physical);
-            let index = (0..types.memory_type_count)
-                .find(|&i| {
-                    let flags = types.memory_types[i as usize].property_flags;
-                    wanted.memory_type_bits & (1 << i) != 0 && flags.contains(visible)
-                })
-                .unwrap();
-            let allocate =
-                vk::MemoryAllocateInfo::default().allocation_size(wanted.size).memory_type_index(index);
-            self.device.allocate_memory(&allocate, None).unwrap()
-        }
-    }
 }
 
 /// Destroying the device is a check, too: what an executor left behind is an error of validation.
@@ -336,29 +263,13 @@ impl Drop for Host {
             self.device.destroy_command_pool(self.pool, None);
             self.device.destroy_device(None);
             let messages = self.messages();
-            if let Some((functions, messenger)) = self.messenger.take() {
-                functions.destroy_debug_utils_messenger(messenger, None);
-            }
+            self.messenger = None;
             self.instance.destroy_instance(None);
             if !std::thread::panicking() {
                 assert_eq!(messages, [""; 0], "validation");
             }
         }
     }
-}
-
-unsafe extern "system" fn keep_message(
-    _: vk::DebugUtilsMessageSeverityFlagsEXT,
-    _: vk::DebugUtilsMessageTypeFlagsEXT,
-    data: *const vk::DebugUtilsMessengerCallbackDataEXT<'_>,
-    messages: *mut c_void,
-) -> vk::Bool32 {
-    // SAFETY: the layer hands over a message and its kind, and the messages' place outlives the messenger.
-    let (data, messages) = unsafe { (&*data, &*messages.cast::<Mutex<Vec<String>>>()) };
-    // SAFETY: as above; strings end with 0.
-    let [kind, text] = [data.p_message_id_name, data.p_message].map(|text| unsafe { CStr::from_ptr(text) });
-    messages.lock().unwrap().push([kind, text].map(CStr::to_string_lossy).join(": "));
-    vk::FALSE
 }
 
 /// What is spoiled of the calls in this thread.

@@ -1,12 +1,14 @@
 //! Frame after frame: the same bits, nothing new made, times per step. Executors include this beside their `device`, which makes
 //! them.
 
-use frame_plan::{ExecuteError, Executor, Lifetime, Resource, ResourceId, ResourceKind, Step};
+use frame_plan::{
+    ExecuteError, Executor, Lifetime, Plan, Resource, ResourceId, ResourceKind, Step, TextureFormat,
+};
 
-use crate::device::{Timed, executor, read, timed, words};
+use crate::device::{Timed, executor, read, run, timed, words};
 use crate::passes::*;
 
-const SIZE: [u32; 2] = [61, 47];
+pub(crate) const SIZE: [u32; 2] = [61, 47];
 
 #[test]
 fn two_runs_give_the_same_bits() {
@@ -208,4 +210,49 @@ fn a_hundred_frames_make_nothing() {
         gpu.prepare(&plan).unwrap();
         assert!(gpu.made().buffers > before.buffers && gpu.made().bytes > before.bytes);
     }
+}
+
+#[test]
+fn empty_dispatches_and_plans_run() {
+    let Some(mut gpu) = executor(PASSES) else { return };
+    let mut plan = scale_plan();
+    let Step::Dispatch { groups, .. } = &mut plan.steps[0] else { unreachable!() };
+    *groups = [0, 1, 1];
+    assert!(words(&run(&mut gpu, &plan, "output")).iter().all(|&w| w == 0));
+    plan.steps.clear();
+    assert!(words(&run(&mut gpu, &plan, "output")).iter().all(|&w| w == 0));
+}
+
+/// Plans of other sizes, one after the other: what the last one held is all there is.
+pub(crate) fn changing_plans_leaks_nothing<E: Executor>(
+    gpu: &mut E,
+    live_objects: impl Fn(&E) -> Vec<(&'static str, usize)>,
+) {
+    let plans = |size: u32| [visibility_plan([size, size], &fan(), 2), mips_plan(), indirect_plan()];
+    let mut counts = Vec::new();
+    for size in [64, 16, 128, 31] {
+        for plan in plans(size) {
+            gpu.prepare(&plan).unwrap();
+            gpu.execute().unwrap();
+        }
+        counts.push(live_objects(gpu));
+    }
+    assert!(counts.iter().all(|count| *count == counts[0]), "{counts:?}");
+    assert!(counts[0].iter().any(|(_, count)| *count > 0));
+}
+
+/// The visibility plan with its integer target owned by the host.
+pub(crate) fn hosted_plan() -> Plan {
+    let mut plan = visibility_plan(SIZE, &fan(), 3);
+    let ids = plan.resource("ids").unwrap();
+    plan.resources[ids.0 as usize] =
+        Resource::texture("ids", TextureFormat::R32Uint, SIZE).with_lifetime(Lifetime::Imported);
+    plan
+}
+
+/// A call that does not fit, and says this.
+pub(crate) fn refused(result: Result<(), ExecuteError>, text: &str) {
+    let error = result.unwrap_err();
+    assert!(matches!(error, ExecuteError::Usage(_)), "{error}");
+    assert!(error.to_string().contains(text), "{error}");
 }

@@ -1,6 +1,6 @@
 //! What tests on devices share whichever executor they run: the rule for skipping, and reading what frames leave behind.
 
-use frame_plan::{ExecuteError, Executor, Plan};
+use frame_plan::{ExecuteError, Executor, Lifetime, Plan, Resource, TextureFormat};
 
 /// What an executor's device gives times of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,6 +38,14 @@ pub fn run(executor: &mut dyn Executor, plan: &Plan, name: &str) -> Vec<u8> {
 
 pub fn read(executor: &mut dyn Executor, plan: &Plan, name: &str) -> Vec<u8> {
     executor.read(plan.resource(name).unwrap()).unwrap()
+}
+
+/// Imports an `image` and does nothing: to read what a host has.
+pub fn image_plan(format: TextureFormat, size: [u32; 2]) -> Plan {
+    let mut plan = Plan { name: "read".into(), ..Plan::default() };
+    let image = Resource::texture("image", format, size).readable();
+    plan.add_resource(image.with_lifetime(Lifetime::Imported));
+    plan
 }
 
 pub fn words(bytes: &[u8]) -> Vec<u32> {
