@@ -11,7 +11,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let (scene, _) = spectral_scene::open(&arguments.next().unwrap_or_else(|| "sphere".into()))?;
     let options = VulkanOptions { adapter: arguments.next(), ..VulkanOptions::default() };
     let mut executor = VulkanExecutor::new(ASM_PASSES, &options)?;
-    println!("{}, {}", executor.info().device, executor.info().driver);
+    println!("{}", executor.info());
 
     let receiver = scene.receiver("receiver")?;
     let bake = bake_plan(&scene, receiver, [256, 256], &Settings::default(), &executor.limits())?;

@@ -96,12 +96,14 @@ impl Instance {
     /// [`ExecuteError::NoDevice`] if there is none, or none of that name.
     pub(crate) fn choose(&self, wanted: Option<&str>) -> Result<Adapter, ExecuteError> {
         let mut adapters = self.adapters();
-        let infos: Vec<_> = adapters.iter().map(|a| a.info.clone()).collect();
-        let found = match wanted {
-            None => (!infos.is_empty()).then_some(0),
-            Some(wanted) => infos.iter().position(|info| matches(info, wanted)),
+        let Some(wanted) = wanted else {
+            return adapters.into_iter().next().ok_or_else(|| no_device("no device has Vulkan 1.3".into()));
         };
-        found.map(|i| adapters.swap_remove(i)).ok_or_else(|| no_device(not_found(wanted, &infos)))
+        let infos: Vec<_> = adapters.iter().map(|a| a.info.clone()).collect();
+        match infos.iter().position(|info| info.is_named(wanted)) {
+            Some(index) => Ok(adapters.swap_remove(index)),
+            None => Err(ExecuteError::no_device_named(EXECUTOR, wanted, &infos)),
+        }
     }
 }
 
@@ -171,44 +173,4 @@ pub(crate) fn has_extension(
     // SAFETY: the device comes from this instance.
     let found = unsafe { instance.enumerate_device_extension_properties(physical) }.unwrap_or_default();
     found.iter().any(|e| e.extension_name_as_c_str() == Ok(extension))
-}
-
-fn matches(info: &DeviceInfo, wanted: &str) -> bool {
-    let wanted = wanted.to_lowercase();
-    info.device.to_lowercase().contains(&wanted) || info.driver.to_lowercase().contains(&wanted)
-}
-
-fn not_found(wanted: Option<&str>, infos: &[DeviceInfo]) -> String {
-    let names: Vec<_> = infos.iter().map(|i| format!("{}, {}", i.device, i.driver)).collect();
-    match (wanted, names.is_empty()) {
-        (None, _) => "no device has Vulkan 1.3".into(),
-        (Some(wanted), true) => format!("no device has Vulkan 1.3, and so none is named {wanted:?}"),
-        (Some(wanted), false) => format!("no device is named {wanted:?}; there are: {}", names.join("; ")),
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{matches, not_found};
-    use frame_plan::DeviceInfo;
-
-    fn info(device: &str, driver: &str) -> DeviceInfo {
-        DeviceInfo { device: device.into(), driver: driver.into(), ..DeviceInfo::default() }
-    }
-
-    #[test]
-    fn devices_are_found_by_part_of_a_name() {
-        let lavapipe = info("llvmpipe (LLVM 15.0.6, 256 bits)", "llvmpipe Mesa 22.3.6");
-        assert!(matches(&lavapipe, "LLVMpipe"));
-        assert!(matches(&lavapipe, "mesa"));
-        assert!(!matches(&lavapipe, "swiftshader"));
-    }
-
-    #[test]
-    fn the_error_lists_what_there_is() {
-        let text = not_found(Some("voodoo"), &[info("A", "a 1"), info("B", "b 2")]);
-        assert_eq!(text, "no device is named \"voodoo\"; there are: A, a 1; B, b 2");
-        assert!(not_found(Some("voodoo"), &[]).starts_with("no device has Vulkan 1.3"));
-        assert_eq!(not_found(None, &[]), "no device has Vulkan 1.3");
-    }
 }

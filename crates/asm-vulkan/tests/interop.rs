@@ -9,7 +9,7 @@ mod passes;
 use asm_core::{Settings, bake_plan, render_plan};
 use asm_vulkan::{ASM_PASSES, VulkanExecutor};
 use asm_wgpu::{WgpuExecutor, WgpuOptions};
-use frame_plan::{Executor, Limits, PassSet, Plan, ResourceKind, TextureFormat};
+use frame_plan::{Executor, PassSet, Plan, ResourceKind, TextureFormat};
 use glam::DVec3;
 use passes::*;
 use spectral_scene::LightShape;
@@ -67,23 +67,12 @@ fn every_kind_of_step_gives_the_same_bits() {
     }
 }
 
-fn limits(vulkan: &VulkanExecutor, wgpu: &WgpuExecutor) -> Limits {
-    let (a, b) = (vulkan.limits(), wgpu.limits());
-    Limits {
-        max_texture_size: a.max_texture_size.min(b.max_texture_size),
-        max_storage_binding_bytes: a.max_storage_binding_bytes.min(b.max_storage_binding_bytes),
-        max_buffer_bytes: a.max_buffer_bytes.min(b.max_buffer_bytes),
-        max_groups_per_dimension: a.max_groups_per_dimension.min(b.max_groups_per_dimension),
-        max_total_bytes: a.max_total_bytes.min(b.max_total_bytes),
-    }
-}
-
 /// Maps, visibility, books and irradiance of bakes, and pictures.
 #[test]
 fn caustics_give_the_same_bits() {
     let Some(mut vulkan) = device::executor_of(ASM_PASSES) else { return };
     let mut wgpu = wgpu(asm_core::PASSES, &vulkan);
-    let limits = limits(&vulkan, &wgpu);
+    let limits = vulkan.limits().common(wgpu.limits());
     let settings = Settings { emission_size: 128, ..Settings::default() };
     for name in ["sphere", "gem", "prism"] {
         let scene = spectral_scene::bundled(name).unwrap();
@@ -101,7 +90,7 @@ fn caustics_give_the_same_bits() {
 fn a_moving_lamp_gives_the_same_bits_and_no_objects() {
     let Some(mut vulkan) = device::executor_of(ASM_PASSES) else { return };
     let mut wgpu = wgpu(asm_core::PASSES, &vulkan);
-    let limits = limits(&vulkan, &wgpu);
+    let limits = vulkan.limits().common(wgpu.limits());
     let settings = Settings { emission_size: 64, ..Settings::default() };
     let mut scene = spectral_scene::bundled("sphere").unwrap();
     let receiver = scene.receiver("receiver").unwrap();
@@ -139,7 +128,7 @@ fn another_glass_gives_other_bits() {
         }
     }
     assert_ne!(other, scene);
-    let limits = limits(&vulkan, &wgpu);
+    let limits = vulkan.limits().common(wgpu.limits());
     let bake = |scene| bake_plan(scene, receiver, [64, 64], &settings, &limits).unwrap();
     let ours = device::run(&mut vulkan, &bake(&scene).plan, "irradiance");
     let theirs = device::run(&mut wgpu, &bake(&other).plan, "irradiance");

@@ -10,7 +10,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut arguments = std::env::args().skip(1);
     let (scene, _) = spectral_scene::open(&arguments.next().unwrap_or_else(|| "sphere".into()))?;
     let mut executor = WgpuExecutor::new(PASSES, &WgpuOptions { adapter: arguments.next() })?;
-    println!("{}, {}", executor.info().device, executor.info().driver);
+    println!("{}", executor.info());
 
     let receiver = scene.receiver("receiver")?;
     let bake = bake_plan(&scene, receiver, [256, 256], &Settings::default(), &executor.limits())?;

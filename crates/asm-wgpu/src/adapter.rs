@@ -45,57 +45,17 @@ fn enumerate(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
 
 pub(crate) fn choose(options: &WgpuOptions) -> Result<wgpu::Adapter, ExecuteError> {
     let instance = instance();
-    let no_device = |reason| ExecuteError::NoDevice { executor: EXECUTOR, reason };
     let Some(wanted) = &options.adapter else {
         return block_on(instance.request_adapter(&wgpu::RequestAdapterOptions {
             power_preference: wgpu::PowerPreference::HighPerformance,
             ..wgpu::RequestAdapterOptions::default()
         }))
-        .map_err(|e| no_device(e.to_string()));
+        .map_err(|e| ExecuteError::NoDevice { executor: EXECUTOR, reason: e.to_string() });
     };
     let mut adapters = enumerate(&instance);
     let infos: Vec<_> = adapters.iter().map(|a| device_info(&a.get_info())).collect();
-    match infos.iter().position(|info| matches(info, wanted)) {
+    match infos.iter().position(|info| info.is_named(wanted)) {
         Some(index) => Ok(adapters.swap_remove(index)),
-        None => Err(no_device(not_found(wanted, &infos))),
-    }
-}
-
-fn matches(info: &DeviceInfo, wanted: &str) -> bool {
-    let wanted = wanted.to_lowercase();
-    info.device.to_lowercase().contains(&wanted) || info.driver.to_lowercase().contains(&wanted)
-}
-
-fn not_found(wanted: &str, infos: &[DeviceInfo]) -> String {
-    let names: Vec<_> = infos.iter().map(|i| format!("{}, {}", i.device, i.driver)).collect();
-    if names.is_empty() {
-        format!("no adapter at all, and so none named {wanted:?}")
-    } else {
-        format!("no adapter is named {wanted:?}; there are: {}", names.join("; "))
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{matches, not_found};
-    use frame_plan::DeviceInfo;
-
-    fn info(device: &str, driver: &str) -> DeviceInfo {
-        DeviceInfo { device: device.into(), driver: driver.into(), ..DeviceInfo::default() }
-    }
-
-    #[test]
-    fn adapters_are_found_by_part_of_a_name() {
-        let lavapipe = info("llvmpipe (LLVM 15.0.6, 256 bits)", "llvmpipe Mesa 22.3.6 (vulkan)");
-        assert!(matches(&lavapipe, "LLVMpipe"));
-        assert!(matches(&lavapipe, "mesa"));
-        assert!(!matches(&lavapipe, "swiftshader"));
-    }
-
-    #[test]
-    fn the_error_lists_what_there_is() {
-        let text = not_found("voodoo", &[info("A", "a 1"), info("B", "b 2")]);
-        assert_eq!(text, "no adapter is named \"voodoo\"; there are: A, a 1; B, b 2");
-        assert!(not_found("voodoo", &[]).starts_with("no adapter at all"));
+        None => Err(ExecuteError::no_device_named(EXECUTOR, wanted, &infos)),
     }
 }

@@ -19,13 +19,8 @@ fn with_wgsl(wgsl: &'static [&'static str]) -> PassSet {
 
 #[test]
 fn broken_shaders_are_errors_that_name_the_pass() {
-    let missing_entry = "struct Scale { factor: u32 } @compute @workgroup_size(1) fn other() {}";
-    let other_binding = "@group(0) @binding(7) var<storage, read_write> extra: array<u32>;
-        @compute @workgroup_size(64) fn scale() { extra[0] = 1u; }";
-    for (wgsl, says) in
-        [("fn broken( {", "expected"), (missing_entry, "entry point"), (other_binding, "binding")]
-    {
-        let Some(mut gpu) = executor(with_wgsl(Vec::leak(vec![wgsl]))) else { return };
+    for (wgsl, says) in BROKEN_SCALES {
+        let Some(mut gpu) = executor(with_wgsl(wgsl)) else { return };
         names_the_broken_pass(&mut gpu, says);
     }
 }

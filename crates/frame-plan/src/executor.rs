@@ -1,5 +1,7 @@
 //! What runs plans.
 
+use std::fmt;
+
 use serde::{Deserialize, Serialize};
 
 use crate::{ParamsId, Plan, ResourceId};
@@ -19,6 +21,22 @@ pub struct DeviceInfo {
     /// Draw passes snap vertices to 2^-this of a texel; none where the device does not say.
     #[serde(default)]
     pub subpixel_bits: Option<u32>,
+}
+
+impl DeviceInfo {
+    /// Whether this is part of the device's or the driver's name, upper or lower case.
+    #[must_use]
+    pub fn is_named(&self, part: &str) -> bool {
+        let part = part.to_lowercase();
+        self.device.to_lowercase().contains(&part) || self.driver.to_lowercase().contains(&part)
+    }
+}
+
+/// Names of device and driver.
+impl fmt::Display for DeviceInfo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}, {}", self.device, self.driver)
+    }
 }
 
 /// What a device is made of.
@@ -62,6 +80,20 @@ impl Default for Limits {
             max_buffer_bytes: 256 << 20,
             max_groups_per_dimension: 65_535,
             max_total_bytes: 4 << 30,
+        }
+    }
+}
+
+impl Limits {
+    /// What both devices can do.
+    #[must_use]
+    pub fn common(self, other: Self) -> Self {
+        Self {
+            max_texture_size: self.max_texture_size.min(other.max_texture_size),
+            max_storage_binding_bytes: self.max_storage_binding_bytes.min(other.max_storage_binding_bytes),
+            max_buffer_bytes: self.max_buffer_bytes.min(other.max_buffer_bytes),
+            max_groups_per_dimension: self.max_groups_per_dimension.min(other.max_groups_per_dimension),
+            max_total_bytes: self.max_total_bytes.min(other.max_total_bytes),
         }
     }
 }
@@ -210,5 +242,41 @@ impl ExecuteError {
     #[must_use]
     pub fn nothing_prepared() -> Self {
         Self::Usage("no plan is prepared".into())
+    }
+
+    /// The error of asking for a device by a name that none of those that were found has.
+    #[must_use]
+    pub fn no_device_named(executor: &'static str, wanted: &str, found: &[DeviceInfo]) -> Self {
+        let found: Vec<_> = found.iter().map(DeviceInfo::to_string).collect();
+        let reason = match &*found {
+            [] => format!("there is none at all, and so none named {wanted:?}"),
+            found => format!("none is named {wanted:?}; there are: {}", found.join("; ")),
+        };
+        Self::NoDevice { executor, reason }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{DeviceInfo, ExecuteError};
+
+    fn info(device: &str, driver: &str) -> DeviceInfo {
+        DeviceInfo { device: device.into(), driver: driver.into(), ..DeviceInfo::default() }
+    }
+
+    #[test]
+    fn devices_are_named_by_part_of_a_name() {
+        let lavapipe = info("llvmpipe (LLVM 15.0.6, 256 bits)", "llvmpipe Mesa 22.3.6 (vulkan)");
+        assert!(lavapipe.is_named("LLVMpipe"));
+        assert!(lavapipe.is_named("mesa"));
+        assert!(!lavapipe.is_named("swiftshader"));
+    }
+
+    #[test]
+    fn the_error_lists_what_there_is() {
+        let text = |found: &[_]| ExecuteError::no_device_named("wgpu", "voodoo", found).to_string();
+        let two = [info("A", "a 1"), info("B", "b 2")];
+        assert_eq!(text(&two), "no wgpu device: none is named \"voodoo\"; there are: A, a 1; B, b 2");
+        assert_eq!(text(&[]), "no wgpu device: there is none at all, and so none named \"voodoo\"");
     }
 }

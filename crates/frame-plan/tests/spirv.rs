@@ -32,13 +32,7 @@ fn every_entry_point_becomes_a_module() {
 
 #[test]
 fn what_does_not_compile_is_an_error_that_names_the_pass() {
-    let missing_entry = "struct Scale { factor: u32 } @compute @workgroup_size(1) fn other() {}";
-    let other_binding = "@group(0) @binding(7) var<storage, read_write> extra: array<u32>;
-        @compute @workgroup_size(64) fn scale() { extra[0] = 1u; }";
-    for (wgsl, says) in
-        [("fn broken( {", "expected"), (missing_entry, "entry point"), (other_binding, "binding")]
-    {
-        let wgsl = Vec::leak(vec![wgsl]);
+    for (wgsl, says) in BROKEN_SCALES {
         let passes = PassSet(vec![&*Box::leak(Box::new(PassInfo { wgsl, ..SCALE }))].leak());
         let error = compile(passes).err().unwrap();
         assert_eq!(error.pass, "scale");

@@ -412,13 +412,7 @@ fn parity(a: &Baked, b: &Baked) -> Option<Bound> {
 /// What every executor can hold: parity means one plan for all. None if there is no executor.
 pub(super) fn common_limits(contenders: &[Contender]) -> Option<Limits> {
     let limits = contenders.iter().filter_map(|c| c.executor.as_ref()).map(|e| e.limits());
-    limits.reduce(|a, b| Limits {
-        max_texture_size: a.max_texture_size.min(b.max_texture_size),
-        max_storage_binding_bytes: a.max_storage_binding_bytes.min(b.max_storage_binding_bytes),
-        max_buffer_bytes: a.max_buffer_bytes.min(b.max_buffer_bytes),
-        max_groups_per_dimension: a.max_groups_per_dimension.min(b.max_groups_per_dimension),
-        max_total_bytes: a.max_total_bytes.min(b.max_total_bytes),
-    })
+    limits.reduce(Limits::common)
 }
 
 /// Four times the RMS of the differences of Y: a few texels may be farther off, most are not. 1 where there is none.

@@ -27,6 +27,6 @@ pub(super) fn adapters(environment: &Environment) -> Result<Vec<String>> {
 /// The child's side: one line an adapter.
 pub(super) fn print_adapters() {
     for adapter in asm_wgpu::adapters() {
-        println!("{}, {}", adapter.device, adapter.driver);
+        println!("{adapter}");
     }
 }

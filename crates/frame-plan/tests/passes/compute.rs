@@ -38,6 +38,17 @@ pub const SCALE: PassInfo = PassInfo {
     kind: PassKind::Compute { workgroup: [64, 1, 1], mirror: scale },
 };
 
+/// Shaders that are no shader of [`SCALE`], and what is said about them.
+pub const BROKEN_SCALES: [(&[&str], &str); 3] = [
+    (&["fn broken( {"], "expected"),
+    (&["struct Scale { factor: u32 } @compute @workgroup_size(1) fn other() {}"], "entry point"),
+    (
+        &["@group(0) @binding(7) var<storage, read_write> extra: array<u32>;
+        @compute @workgroup_size(64) fn scale() { extra[0] = 1u; }"],
+        "binding",
+    ),
+];
+
 fn scale(args: &MirrorArgs<'_>) {
     let params: Scale = args.params();
     let count = params.count.min(args.groups()[0] * 64) as usize;
