@@ -55,19 +55,9 @@ pub const RECEIVER_BAKE: PassInfo = PassInfo {
         workgroup: [8, 8, 1],
         mirror: |args| {
             let params: ReceiverBake = args.params();
-            let lookup = Lookup {
-                light: params.light,
-                triangles: args.read("triangles"),
-                views: args.read("views"),
-                direct_visibility: args.texture("direct_visibility"),
-                landing_visibility: args.texture("landing_visibility"),
-                reflected_visibility: args.texture("reflected_visibility"),
-                entry_visibility: args.texture("entry_visibility"),
-                caustic: args.read("caustic"),
-            };
             receiver_bake(
                 &params,
-                &lookup,
+                &Lookup::bound(args, params.light),
                 args.read("corner_uvs"),
                 &args.texture("uv_visibility"),
                 args.write("irradiance"),

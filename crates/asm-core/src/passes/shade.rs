@@ -104,16 +104,7 @@ pub const SHADE: PassInfo = PassInfo {
             let params: Shade = args.params();
             let inputs = Inputs {
                 params,
-                lookup: Lookup {
-                    light: params.light,
-                    triangles: args.read("triangles"),
-                    views: args.read("views"),
-                    direct_visibility: args.texture("direct_visibility"),
-                    landing_visibility: args.texture("landing_visibility"),
-                    reflected_visibility: args.texture("reflected_visibility"),
-                    entry_visibility: args.texture("entry_visibility"),
-                    caustic: args.read("caustic"),
-                },
+                lookup: Lookup::bound(args, params.light),
                 surfaces: args.read("surfaces"),
                 camera_visibility: args.texture("camera_visibility"),
                 glass_visibility: args.texture("glass_visibility"),

@@ -1,7 +1,7 @@
 //! Host side of `shaders/shared/irradiance.wgsl`: light of one light at a point of an opaque surface.
 
 use bytemuck::{Pod, Zeroable};
-use frame_plan::cpu::TextureView;
+use frame_plan::cpu::{MirrorArgs, TextureView};
 use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 
 use super::light_views::{locate, on_map};
@@ -99,6 +99,22 @@ struct Lit {
 fn surrounding_texel(texel: Vec2, size: UVec2, i: u32) -> UVec2 {
     let corner = (texel - 0.5).floor().as_ivec2() + IVec2::new((i & 1) as i32, (i >> 1) as i32);
     corner.clamp(IVec2::ZERO, size.as_ivec2() - 1).as_uvec2()
+}
+
+impl<'a> Lookup<'a> {
+    /// From a pass that binds them all by their names.
+    pub(crate) fn bound(args: &MirrorArgs<'a>, light: Light) -> Self {
+        Self {
+            light,
+            triangles: args.read("triangles"),
+            views: args.read("views"),
+            direct_visibility: args.texture("direct_visibility"),
+            landing_visibility: args.texture("landing_visibility"),
+            reflected_visibility: args.texture("reflected_visibility"),
+            entry_visibility: args.texture("entry_visibility"),
+            caustic: args.read("caustic"),
+        }
+    }
 }
 
 impl Lookup<'_> {

@@ -140,6 +140,10 @@ pub(crate) fn relative_rms(a: &[[f32; 3]], b: &[[f32; 3]], bins: usize) -> f64 {
 pub(crate) const D65: [f64; 3] = [0.95047, 1.0, 1.08883];
 
 pub(crate) fn picture_of(scene: &Scene, size: [u32; 2], settings: &Settings) -> Picture {
+    seen(scene, size, settings).0
+}
+
+pub(crate) fn seen(scene: &Scene, size: [u32; 2], settings: &Settings) -> (Picture, Statistics) {
     let mut cpu = cpu();
     let plan = render_plan(scene, 0, size, settings, &cpu.limits()).unwrap();
     cpu.prepare(&plan.plan).unwrap();
@@ -149,7 +153,7 @@ pub(crate) fn picture_of(scene: &Scene, size: [u32; 2], settings: &Settings) -> 
         assert!(light.ledgers.iter().chain(&light.reflected).all(|ledger| ledger.balances()), "{light:?}");
     }
     assert!(picture.xyz.iter().flatten().all(|v| v.is_finite() && *v >= 0.0));
-    picture
+    (picture, statistics)
 }
 
 pub(crate) fn picture(scene: &Scene, settings: &Settings) -> Picture {
