@@ -18,7 +18,7 @@ use xtask::metrics::{Map, exposure};
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
-use super::report::{Check, Control, PictureRow, Report, SceneEntry, Status, difference, shown};
+use super::report::{Check, Control, PictureRow, Report, SceneEntry, difference, shown};
 use super::{Contender, Effort, MethodName, controls, pictures};
 
 /// Name of the oracle in checks.
@@ -239,9 +239,7 @@ impl Comparison<'_> {
                 Some(maps)
             }
             Err(error) => {
-                contender.entry.status = Status::Failed;
-                contender.entry.reason = Some(format!("{} {method}: {error}", self.subject.name));
-                contender.executor = None;
+                contender.fail(format!("{} {method}: {error}", self.subject.name));
                 None
             }
         }
@@ -262,9 +260,7 @@ impl Comparison<'_> {
             let noise = self.oracle_error(layer).filter(|_| b.id == ORACLE);
             let distance = judgement.metrics.as_ref().map(|m| m.rms_64);
             let name = format!("{} {method} {}: {} against {}", self.subject.name, layer.name(), a.id, b.id);
-            let control =
-                |(fault, found): &(&str, bool)| Control { name: format!("{name}: {fault}"), failed: *found };
-            self.controls.extend(controls.iter().map(control));
+            self.note_controls(&name, controls);
             self.checks.push(Check {
                 scene: self.subject.name.clone(),
                 method: method.into(),
@@ -279,6 +275,13 @@ impl Comparison<'_> {
                 problems: judgement.problems.clone(),
             });
         }
+    }
+
+    /// Note, for each fault that a check's controls put in, whether it was found.
+    pub(super) fn note_controls(&mut self, check: &str, faults: &[(&str, bool)]) {
+        let control =
+            |(fault, found): &(&str, bool)| Control { name: format!("{check}: {fault}"), failed: *found };
+        self.controls.extend(faults.iter().map(control));
     }
 
     /// The judgement of two maps with its controls, made where these contents were not judged before.

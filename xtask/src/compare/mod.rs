@@ -93,6 +93,15 @@ struct Contender {
     executor: Option<Box<dyn Executor>>,
 }
 
+impl Contender {
+    /// It is not asked again.
+    fn fail(&mut self, reason: String) {
+        self.entry.status = Status::Failed;
+        self.entry.reason = Some(reason);
+        self.executor = None;
+    }
+}
+
 /// Find a driver, compare, write the report.
 ///
 /// # Errors

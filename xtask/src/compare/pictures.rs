@@ -14,7 +14,7 @@ use xtask::flip::{PIXELS_PER_DEGREE, Picture, flip};
 use xtask::metrics::{Map, exposure};
 
 use super::bakes::{Comparison, ORACLE, common_limits, contents, percent_on_terminal};
-use super::report::{Check, Control, PictureRow, Png, Status, shown};
+use super::report::{Check, PictureRow, Png, shown};
 use super::{Contender, MethodName};
 
 /// What was found about two pictures; equal contents under an equal bound are judged once.
@@ -114,11 +114,7 @@ impl Comparison<'_> {
                 Ok(xyz) => {
                     made.push(Made { id: contender.entry.id, device: Some(contender.info.clone()), xyz })
                 }
-                Err(error) => {
-                    contender.entry.status = Status::Failed;
-                    contender.entry.reason = Some(format!("{} picture: {error}", self.subject.name));
-                    contender.executor = None;
-                }
+                Err(error) => contender.fail(format!("{} picture: {error}", self.subject.name)),
             }
         }
         made
@@ -133,9 +129,7 @@ impl Comparison<'_> {
         let name = format!("{} {method} camera: {} against {}", self.subject.name, a.id, b.id);
         let noise = noise.filter(|_| b.device.is_none());
         let distance = metrics["flip_mean"].as_f64();
-        let control =
-            |(fault, found): &(&str, bool)| Control { name: format!("{name}: {fault}"), failed: *found };
-        self.controls.extend(controls.iter().map(control));
+        self.note_controls(&name, controls);
         self.checks.push(Check {
             scene: self.subject.name.clone(),
             method: method.into(),
