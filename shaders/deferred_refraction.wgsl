@@ -1,8 +1,8 @@
 // Glass as a camera sees it (Wyman & Nichols 2009, Blanchette & Agu 2013): each wavelength is refracted where it enters and
-// leaves, follows total reflection inside, and fetches the background where it leads. Host side:
-// `passes/deferred_refraction.rs`.
+// leaves, follows total reflection inside, and fetches the background where it leads. Mirrors throw it on, and an eye in a
+// medium sees through what that lets pass. Host side: `passes/deferred_refraction.rs`.
 //
-// background   what the camera sees without glass, XYZ per sample
+// background   what the camera sees without glass, XYZ per sample; mirrors have none
 // sample       texel of the camera's view; pixels are means over a grid of them
 
 struct DeferredRefraction {
@@ -14,8 +14,12 @@ struct DeferredRefraction {
     exit_iterations: u32,     // guesses at each way through glass
     background_iterations: u32,
     exit_reach: f32,          // no way through glass is longer
-    bounces: u32,             // total reflections that are followed
+    bounces: u32,             // total reflections that are followed, and reflections at mirrors
     rule: u32,                // RULE_*
+    mirrors: u32,             // 1 where there are any
+    mirror_reach: f32,        // the first guess at what a mirror shows
+    eye_object: u32,          // index of the refractor that the eye is in + 1, or 0 in free space
+    eye_material: u32,        // its material
     reserved0: u32,
 }
 
@@ -46,8 +50,8 @@ const SEEN: u32 = 0u;           // at a background that the picture shows
 const SEEN_HIDDEN: u32 = 1u;    // at a surface that something hides in the picture: what hides it is fetched
 const SEEN_OUTSIDE: u32 = 2u;   // at a surface that goes on beside the picture: the picture's edge is fetched
 const SEEN_NOTHING: u32 = 3u;   // past every surface that the picture shows: dark
-const SEEN_TOTAL: u32 = 4u;     // totally reflected more often than is followed: dark
-const SEEN_NO_EXIT: u32 = 5u;   // no way out in the picture, or out of the wrong side of a facet: dark
+const SEEN_TOTAL: u32 = 4u;     // reflected more often than is followed: dark
+const SEEN_NO_EXIT: u32 = 5u;   // no way out in the picture, or off the wrong side of a facet: dark
 const SEEN_ROWS: u32 = 6u;
 
 fn glass_at(layer: u32, texel: vec2<i32>) -> u32 {
@@ -89,43 +93,59 @@ fn find_exit(view: View, ray: Ray, object: u32, reflected: bool) -> ExitSearch {
 
 struct Seen {
     end: u32, // SEEN_*
-    distance: f32,
     xyz: vec3<f32>,
 }
 
 fn unseen(end: u32) -> Seen {
-    return Seen(select(SEEN_NO_EXIT, SEEN_TOTAL, end == END_TOTAL), 0.0, vec3<f32>(0.0));
+    return Seen(select(SEEN_NO_EXIT, SEEN_TOTAL, end == END_TOTAL), vec3<f32>(0.0));
 }
 
-fn background_at(at: vec2<f32>, size: vec2<u32>) -> vec3<f32> {
+fn is_mirror(visible: u32) -> bool {
+    return params.mirrors == 1u && visible != NOTHING && (triangles[visible - 1u].flags & TRIANGLE_MIRROR) != 0u;
+}
+
+// What is matt there, between texels.
+fn background_at(view: View, texel: vec2<f32>) -> vec3<f32> {
+    let at = clamp(texel, vec2<f32>(0.5), vec2<f32>(view.size) - 0.5);
     let corner = floor(at - 0.5);
     let share = (at - 0.5) - corner;
     var sum = vec3<f32>(0.0);
+    var mirrors = 0.0;
     for (var i = 0u; i < 4u; i++) {
         let side = vec2<u32>(i & 1u, i >> 1u);
-        let texel = vec2<u32>(clamp(corner + vec2<f32>(side), vec2<f32>(0.0), vec2<f32>(size) - 1.0));
+        let place = vec2<u32>(clamp(corner + vec2<f32>(side), vec2<f32>(0.0), vec2<f32>(view.size) - 1.0));
         let weight = select(1.0 - share.x, share.x, side.x == 1u) * select(1.0 - share.y, share.y, side.y == 1u);
         if weight > 0.0 {
-            sum += weight * background[texel.y * size.x + texel.x].xyz;
+            sum += weight * background[place.y * view.size.x + place.x].xyz;
+            if is_mirror(textureLoad(camera_visibility, vec2<i32>(place), 0).r) {
+                mirrors += weight;
+            }
         }
+    }
+    if mirrors > 0.0 && mirrors < 0.999 {
+        sum /= 1.0 - mirrors;
     }
     return sum;
 }
 
-fn fetch(view: View, end: u32, texel: vec2<f32>, distance: f32) -> Seen {
-    let at = clamp(texel, vec2<f32>(0.5), vec2<f32>(view.size) - 0.5);
-    return Seen(end, distance, background_at(at, view.size));
+// Where a ray meets what the camera sees.
+struct Background {
+    end: u32,         // SEEN_*
+    distance: f32,
+    texel: vec2<f32>,
+    mirror: u32,      // as in visibility buffers, where a mirror is met
 }
 
-// Where a ray that has left glass meets what the camera sees: the plane of the surface under a guess is the next guess,
-// from the surface behind the glass's own sample on.
-fn find_background(view: View, sample: vec2<u32>, ray: Ray) -> Seen {
+// The plane of the surface under a guess is the next guess. `visible` is under the first one, at `reach`. Of mirrors only what
+// is on the surface itself counts, since curved ones lie before many of their own planes.
+fn find_background(view: View, reach: f32, first_visible: u32, ray: Ray) -> Background {
     // What GLSL's refract() makes of total reflection goes nowhere.
     if all(ray.direction == vec3<f32>(0.0)) {
-        return fetch(view, SEEN_TOTAL, view_project(view, ray.origin).texel, 0.0);
+        return Background(SEEN_TOTAL, 0.0, view_project(view, ray.origin).texel, NOTHING);
     }
-    var distance = params.exit_reach;
-    var visible = textureLoad(camera_visibility, vec2<i32>(sample), 0).r;
+    let nothing = Background(SEEN_NOTHING, 0.0, vec2<f32>(0.0), NOTHING);
+    var distance = reach;
+    var visible = first_visible;
     var last = NOTHING;
     var found = false;
     var contained = false; // the guess is on the surface itself, not only in its plane
@@ -134,9 +154,9 @@ fn find_background(view: View, sample: vec2<u32>, ray: Ray) -> Seen {
         var in_triangle = false;
         if visible != NOTHING {
             let hit = plane_hit(triangles[visible - 1u], ray);
-            if hit.crosses {
+            in_triangle = inside(hit);
+            if hit.crosses && (!is_mirror(visible) || (in_triangle && hit.distance > SAME_SURFACE)) {
                 ahead = hit.distance;
-                in_triangle = inside(hit);
             }
         }
         if ahead > -SAME_SURFACE {
@@ -153,53 +173,92 @@ fn find_background(view: View, sample: vec2<u32>, ray: Ray) -> Seen {
         visible = textureLoad(camera_visibility, view_texel(view, ray.origin + distance * ray.direction), 0).r;
     }
     if !found {
-        return Seen(SEEN_NOTHING, 0.0, vec3<f32>(0.0));
+        return nothing;
     }
-    let point = ray.origin + distance * ray.direction;
-    let at = view_project(view, point);
+    let at = view_project(view, ray.origin + distance * ray.direction);
     if at.z <= 0.0 || (!contained && !view_holds(view, at)) {
-        return Seen(SEEN_NOTHING, 0.0, vec3<f32>(0.0));
+        return nothing;
     }
-    var end = SEEN;
+    var result = Background(SEEN, distance, at.texel, NOTHING);
     if !view_holds(view, at) {
-        end = SEEN_OUTSIDE;
-    } else {
-        let there = textureLoad(camera_visibility, vec2<i32>(at.texel), 0).r;
-        if there == NOTHING {
-            end = SEEN_NOTHING;
-        } else {
-            let hit = plane_hit(triangles[there - 1u], ray);
-            if !hit.crosses || abs(hit.distance - distance) > 0.01 * distance + SAME_SURFACE {
-                end = SEEN_HIDDEN;
-            }
-        }
+        result.end = SEEN_OUTSIDE;
+        return result;
     }
-    return fetch(view, end, at.texel, distance);
+    let there = textureLoad(camera_visibility, vec2<i32>(at.texel), 0).r;
+    if there == NOTHING {
+        result.end = SEEN_NOTHING;
+        return result;
+    }
+    let hit = plane_hit(triangles[there - 1u], ray);
+    if !hit.crosses || abs(hit.distance - distance) > 0.01 * distance + SAME_SURFACE {
+        result.end = SEEN_HIDDEN;
+    } else if is_mirror(there) {
+        result.mirror = there;
+    }
+    return result;
 }
 
-// What one wavelength sees through glass that the camera's ray meets at `hit`.
-fn see_through(view: View, sample: vec2<u32>, camera_ray: Ray, front: Triangle, hit: PlaneHit, wavelength: u32) -> Seen {
-    let medium = optics[wavelength * params.materials + front.material];
-    let entering = hit.facing < 0.0;
-    let normal = select(-1.0, 1.0, entering) * interpolated_normal(front, hit);
-    let first = cross_surface(camera_ray.direction, normal, front, select(1.0 / medium.index, medium.index, entering), params.rule);
-    if first.end != END_LANDED {
-        return unseen(first.end);
+// What one wavelength shows of `found` on `start`'s way, where `absorption` is that of what it travels in: mirrors throw it on.
+fn see_background(view: View, start: Ray, first: Background, absorption: f32, wavelength: u32) -> Seen {
+    var ray = start;
+    var found = first;
+    var passes = exp(-absorption * found.distance);
+    for (var bounce = 0u; found.mirror != NOTHING; bounce++) {
+        if bounce > params.bounces {
+            return unseen(END_TOTAL);
+        }
+        let mirror = triangles[found.mirror - 1u];
+        let hit = plane_hit(mirror, ray);
+        let normal = -sign(hit.facing) * interpolated_normal(mirror, hit);
+        let at_normal = optics[wavelength * params.materials + mirror.material].surface;
+        let back = reflect_at(ray.direction, normal, mirror, mirror_reflectance(ray.direction, normal, at_normal));
+        if back.end != END_LANDED {
+            return unseen(back.end);
+        }
+        ray = Ray(ray.origin + hit.distance * ray.direction, back.direction);
+        let guess = view_texel(view, ray.origin + params.mirror_reach * ray.direction);
+        found = find_background(view, params.mirror_reach, textureLoad(camera_visibility, guess, 0).r, ray);
+        passes *= back.reflectance * exp(-absorption * found.distance);
     }
-    var passes = (1.0 - first.reflectance) * medium.surface;
-    var ray = Ray(camera_ray.origin + hit.distance * camera_ray.direction, first.direction);
+    if found.end == SEEN_NOTHING {
+        return Seen(SEEN_NOTHING, vec3<f32>(0.0));
+    }
+    return Seen(found.end, passes * background_at(view, found.texel));
+}
+
+// What one wavelength sees through glass that the camera's ray meets at `hit`, before or behind which `opaque` is seen.
+fn see_through(view: View, opaque: u32, camera_ray: Ray, front: Triangle, hit: PlaneHit, wavelength: u32) -> Seen {
+    let medium = optics[wavelength * params.materials + front.material];
     let open = (front.flags & TRIANGLE_OPEN) != 0u;
-    var in_glass = entering;
+    var ray = camera_ray;
+    var passes = 1.0;
+    var in_glass = true;
+    if hit.facing < 0.0 {
+        let first = cross_surface(ray.direction, interpolated_normal(front, hit), front, medium.index, params.rule);
+        if first.end != END_LANDED {
+            return unseen(first.end);
+        }
+        passes *= (1.0 - first.reflectance) * medium.surface;
+        ray = Ray(ray.origin + hit.distance * ray.direction, first.direction);
+    } else {
+        // What is kept along a ray is radiance over the square of the index.
+        passes *= medium.index * medium.index;
+    }
     for (var bounce = 0u; in_glass; bounce++) {
-        let exit = find_exit(view, ray, front.object, bounce > 0u);
-        if !exit.found {
-            if open {
-                break; // the background is inside
+        var exit = ExitSearch(true, true, true, 0u, hit, hit.distance, 0.0, 0.0);
+        var back = front;
+        if bounce > 0u || hit.facing < 0.0 {
+            exit = find_exit(view, ray, front.object, bounce > 0u);
+            // Behind an open surface a plane that is crossed beside its triangle says nothing.
+            if !exit.found || (open && !exit.contained) {
+                if open {
+                    break; // the background is inside
+                }
+                return unseen(END_NO_EXIT);
             }
-            return unseen(END_NO_EXIT);
+            back = triangles[exit.triangle];
         }
         passes *= exp(-medium.absorption * exit.hit.distance);
-        let back = triangles[exit.triangle];
         let point = ray.origin + exit.hit.distance * ray.direction;
         let inwards = -interpolated_normal(back, exit.hit);
         let out = cross_surface(ray.direction, inwards, back, 1.0 / medium.index, params.rule);
@@ -213,41 +272,62 @@ fn see_through(view: View, sample: vec2<u32>, camera_ray: Ray, front: Triangle, 
             return unseen(out.end);
         }
     }
-    var seen = find_background(view, sample, ray);
+    var absorption = 0.0;
     if in_glass {
-        // What is kept along a ray is radiance over the square of the index.
-        passes *= exp(-medium.absorption * seen.distance) / (medium.index * medium.index);
+        absorption = medium.absorption;
+        passes /= medium.index * medium.index;
     }
+    let found = find_background(view, params.exit_reach, opaque, ray);
+    var seen = see_background(view, ray, found, absorption, wavelength);
     seen.xyz *= passes;
     return seen;
 }
 
 var<workgroup> ends: array<atomic<u32>, SEEN_ROWS>;
 
-// XYZ of a sample, through the nearest refractor if there is one before what is opaque.
+// XYZ of a sample: through the nearest refractor if there is one before what is opaque, by way of mirrors, and through what the
+// eye is in.
 fn radiance_at(sample: vec2<u32>) -> vec3<f32> {
     let view = views[params.camera_view];
+    let texel = vec2<i32>(sample);
     let behind = background[sample.y * view.size.x + sample.x].xyz;
-    let visible = textureLoad(glass_visibility, vec2<i32>(sample), 0).r;
-    if visible == NOTHING {
+    let opaque = textureLoad(camera_visibility, texel, 0).r;
+    let glass = textureLoad(glass_visibility, texel, 0).r;
+    let mirror = is_mirror(opaque);
+    if glass == NOTHING && !mirror && params.eye_object == 0u {
         return behind;
     }
     let ray = view_ray(view, vec2<f32>(sample) + 0.5);
-    let front = triangles[visible - 1u];
-    let hit = plane_hit(front, ray);
-    if !hit.crosses {
-        return behind;
-    }
-    let opaque = textureLoad(camera_visibility, vec2<i32>(sample), 0).r;
+    var direct = Background(SEEN_NOTHING, 0.0, vec2<f32>(sample) + 0.5, NOTHING);
     if opaque != NOTHING {
-        let opaque_hit = plane_hit(triangles[opaque - 1u], ray);
-        if opaque_hit.crosses && opaque_hit.distance <= hit.distance {
-            return behind;
+        let hit = plane_hit(triangles[opaque - 1u], ray);
+        if hit.crosses {
+            direct = Background(SEEN, hit.distance, direct.texel, select(NOTHING, opaque, mirror));
         }
+    }
+    var through = false;
+    var front: Triangle;
+    var hit: PlaneHit;
+    if glass != NOTHING {
+        front = triangles[glass - 1u];
+        hit = plane_hit(front, ray);
+        through = hit.crosses && (direct.end == SEEN_NOTHING || hit.distance < direct.distance);
+    }
+    if !through && !mirror && params.eye_object == 0u {
+        return behind;
     }
     var sum = vec3<f32>(0.0);
     for (var i = 0u; i < params.wavelengths; i++) {
-        let seen = see_through(view, sample, ray, front, hit, i);
+        var seen: Seen;
+        if through {
+            seen = see_through(view, opaque, ray, front, hit, i);
+        } else {
+            var absorption = 0.0;
+            if params.eye_object != 0u {
+                absorption = optics[i * params.materials + params.eye_material].absorption;
+            }
+            seen = see_background(view, ray, direct, absorption, i);
+        }
         atomicAdd(&ends[seen.end], 1u);
         let band = bands[i];
         sum += mat3x3<f32>(band.from_x, band.from_y, band.from_z) * seen.xyz;

@@ -16,15 +16,26 @@ pub(crate) enum Output<'a> {
     Picture(CameraGlass),
 }
 
-/// What a camera does about glass.
+/// What a camera does about glass and mirrors.
 #[derive(Clone, Copy)]
 pub(crate) struct CameraGlass {
     /// It draws glass.
     pub(crate) drawn: bool,
     /// It draws the backs of glass.
     pub(crate) backs: bool,
-    /// Its rays are bent.
+    /// Glass bends its rays.
     pub(crate) bends: bool,
+    /// Mirrors throw its rays on.
+    pub(crate) mirrors: bool,
+    /// The refractor that its eye is in.
+    pub(crate) inside: Option<usize>,
+}
+
+impl CameraGlass {
+    /// A pass of its own follows rays beyond what they meet first.
+    pub(crate) fn goes_on(&self) -> bool {
+        self.bends || self.mirrors || self.inside.is_some()
+    }
 }
 
 /// What a plan is made from.
@@ -342,16 +353,20 @@ impl Grounds<'_> {
     }
 
     fn deferred_refraction(&self, camera: CameraGlass) -> Decision {
-        let seen = &self.effects.deferred_refraction;
-        let reason = if camera.bends {
-            kept_for("deferred refraction", seen)
-        } else if !self.lit() {
-            DARK.into()
+        let Effects { deferred_refraction, mirror_images, immersion, .. } = self.effects;
+        if !self.lit() {
+            return decision("deferred_refraction", false, DARK.into());
+        }
+        let glass = if camera.bends {
+            kept_for("deferred refraction", deferred_refraction)
         } else if camera.drawn {
             "glass tints what is straight behind it: bending the view was not asked for".into()
         } else {
-            state("deferred refraction", seen)
+            state("deferred refraction", deferred_refraction)
         };
-        decision("deferred_refraction", camera.bends, reason)
+        let mirrors = camera.mirrors.then(|| kept_for("mirror images", mirror_images));
+        let inside = camera.inside.map(|_| kept_for("immersion", immersion));
+        let reasons: Vec<_> = std::iter::once(glass).chain(mirrors).chain(inside).collect();
+        decision("deferred_refraction", camera.goes_on(), reasons.join("; "))
     }
 }

@@ -1,4 +1,4 @@
-//! Deferred refraction: the wavelengths that a camera sees glass at, and the step from the background to the picture.
+//! Deferred refraction: the wavelengths that a camera sees glass and mirrors at, and the step from the background to the picture.
 
 use frame_plan::{Bound, ResourceId, Step};
 use glam::{UVec2, Vec3};
@@ -8,7 +8,9 @@ use spectral_scene::{Effects, Scene};
 
 use crate::bands::{D_LINE_NM, Glass, one_wavelength};
 use crate::caustics::Caustics;
+use crate::decisions::CameraGlass;
 use crate::geometry::bounds;
+use crate::lights::REACH;
 use crate::passes::deferred_refraction::{DeferredRefraction, SEEN_ROWS, ViewBand};
 use crate::shared::optics::Optics;
 use crate::{PlanError, Settings};
@@ -153,6 +155,7 @@ impl Caustics<'_> {
         &mut self,
         view: &GlassViewResources,
         camera: &CameraBuffers,
+        seen: &CameraGlass,
     ) -> Result<(), PlanError> {
         let glass = bounds(self.geometry.refractor_corners()).unwrap_or_default();
         let params = DeferredRefraction {
@@ -166,6 +169,10 @@ impl Caustics<'_> {
             exit_reach: glass.0.distance(glass.1) as f32,
             bounces: self.settings.view_bounces,
             rule: self.settings.refraction.code(),
+            mirrors: u32::from(seen.mirrors),
+            mirror_reach: REACH as f32,
+            eye_object: seen.inside.map_or(0, |object| object as u32 + 1),
+            eye_material: seen.inside.map_or(0, |object| self.scene.objects[object].material as u32),
             reserved0: 0,
         };
         let bindings = [

@@ -4,7 +4,7 @@ use frame_plan::{Bound, ExecuteError, Executor, Limits, Plan, ResourceId, Step, 
 use glam::{DVec3, UVec2, Vec3, Vec4};
 use serde::{Deserialize, Serialize};
 use spectral_core::rgb::RgbSpace;
-use spectral_scene::{Effects, Material, Scene};
+use spectral_scene::{Camera, Effects, Material, Scene};
 
 use crate::bake::{DEFAULT_MAP_SIZES, check_size};
 use crate::caustics::Caustics;
@@ -46,8 +46,9 @@ const OPAQUE_PER_UNIT: f64 = 1e20;
 
 /// A plan that renders what `camera`, an index into [`Scene::cameras`], sees, `size` pixels wide and high.
 ///
-/// Opaque surfaces are matt, lit by direct and refracted light; their base colour is a reflectance at every wavelength. Glass
-/// tints what is straight behind it, or bends the view: see [`GlassView`].
+/// Opaque surfaces are matt, lit by direct, refracted and reflected light; their base colour is a reflectance at every
+/// wavelength. Glass tints what is straight behind it, or bends the view: see [`GlassView`]. Mirrors show what the picture shows
+/// where they lead. An eye in a refractor sees through what that lets pass.
 ///
 /// # Errors
 /// [`PlanError`], before anything is allocated on a device.
@@ -81,11 +82,17 @@ pub(crate) fn plan(
     let mut samples = settings.picture_samples.min(fitting.max(1));
     let effects = Effects::required_by(scene);
     let glass = effects.deferred_refraction.on || !settings.prune;
-    let bends = glass && settings.glass_view() == GlassView::Deferred;
+    let mut seen = CameraGlass {
+        drawn: glass,
+        backs: false,
+        bends: glass && settings.glass_view() == GlassView::Deferred,
+        mirrors: effects.mirror_images.on || !settings.prune,
+        inside: if effects.immersion.on { refractor_around(scene, seen_by) } else { None },
+    };
     let background_bytes =
         |samples: u32| BACKGROUND_BYTES * u64::from(size[0]) * u64::from(size[1]) * u64::from(samples).pow(2);
     let most_bytes = limits.max_storage_binding_bytes.min(limits.max_buffer_bytes);
-    while bends && samples > 1 && background_bytes(samples) > most_bytes {
+    while seen.goes_on() && samples > 1 && background_bytes(samples) > most_bytes {
         samples -= 1;
     }
     let sampled = size.map(|s| s * samples);
@@ -98,9 +105,11 @@ pub(crate) fn plan(
         camera: Some(camera_view(seen_by, UVec2::from(sampled), &space, REACH)),
     };
     let mut caustics = Caustics::new(cache, scene, settings, limits, &purpose)?;
-    let bends = bends && caustics.lights() > 0;
-    let thickness = glass && (bends || effects.absorption.on || !settings.prune);
-    caustics.decide(&Output::Picture(CameraGlass { drawn: glass, backs: thickness, bends }));
+    if caustics.lights() == 0 {
+        seen = CameraGlass { bends: false, mirrors: false, inside: None, ..seen };
+    }
+    seen.backs = glass && (seen.bends || effects.absorption.on || !settings.prune);
+    caustics.decide(&Output::Picture(seen));
 
     let remedy = "the picture's size";
     let nothing = caustics.resources.nothing();
@@ -113,7 +122,7 @@ pub(crate) fn plan(
     };
     let opaque_visible = visibility(true, "camera")?;
     let glass_visible = visibility(glass, "camera glass")?;
-    let back_visible = visibility(thickness, "camera glass backs")?;
+    let back_visible = visibility(seen.backs, "camera glass backs")?;
     let depth =
         caustics.resources.texture("camera depth", TextureFormat::Depth32Float, sampled, 1, remedy)?;
     let by_light = |reflected: &[[f64; 3]]| {
@@ -125,8 +134,8 @@ pub(crate) fn plan(
     let pixels = u64::from(size[0]) * u64::from(size[1]);
     let picture = caustics.resources.buffer("picture", 16 * pixels, "the picture's size")?;
     caustics.resources.make_readable(picture);
-    let view = if bends { Some(caustics.glass_view(&effects, sampled)?) } else { None };
-    // Bent, the picture is made from what the samples show without glass.
+    let view = if seen.goes_on() { Some(caustics.glass_view(&effects, sampled)?) } else { None };
+    // Where rays go on, the picture is made from what the samples show first.
     let (shaded, shaded_size, shaded_samples) =
         view.as_ref().map_or((picture, size, samples), |view| (view.background, sampled, 1));
     let groups = caustics.resources.groups(shaded_size, 1, "the picture's size")?;
@@ -139,7 +148,7 @@ pub(crate) fn plan(
         let draws = [
             (true, "camera", opaque_visible, 0..opaque, VISIBILITY_ALL_FACES),
             (glass, "camera, glass", glass_visible, opaque..all, VISIBILITY_ALL_FACES),
-            (thickness, "camera, backs of glass", back_visible, opaque..all, VISIBILITY_BACK_FACES),
+            (seen.backs, "camera, backs of glass", back_visible, opaque..all, VISIBILITY_BACK_FACES),
         ];
         for (_, label, texture, triangles, faces) in draws.into_iter().filter(|(kept, ..)| *kept) {
             let params =
@@ -171,8 +180,8 @@ pub(crate) fn plan(
             surfaces,
             light.caustic,
             opaque_visible,
-            if bends { nothing } else { glass_visible },
-            if bends { nothing } else { back_visible },
+            if seen.bends { nothing } else { glass_visible },
+            if seen.bends { nothing } else { back_visible },
             light.direct,
             light.landing,
             light.reflected,
@@ -187,14 +196,19 @@ pub(crate) fn plan(
             size: UVec2::from(size),
             samples,
             opaque: opaque_visible,
-            glass: glass_visible,
-            backs: back_visible,
+            glass: if seen.bends { glass_visible } else { nothing },
+            backs: if seen.bends { back_visible } else { nothing },
             picture,
         };
-        caustics.refract_view(view, &camera)?;
+        caustics.refract_view(view, &camera, &seen)?;
         books.view_counts = Some(view.counts);
     }
     Ok(RenderPlan { plan: caustics.resources.plan, size, picture, books })
+}
+
+/// The innermost refractor that a camera's eye is in.
+fn refractor_around(scene: &Scene, camera: &Camera) -> Option<usize> {
+    scene.refractors_around(camera.world_from_camera.w_axis.truncate()).first().copied()
 }
 
 fn surface(material: &Material, reflected_xyz: [f64; 3], metres_per_unit: f64) -> Surface {

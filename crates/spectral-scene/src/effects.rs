@@ -7,7 +7,7 @@ use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
 use spectral_core::light::LightSpectrum;
 
-use crate::{Camera, Light, LightShape, Scene, WorldMesh};
+use crate::{Camera, Light, LightShape, Scene};
 
 /// Whether a scene calls for an effect, and why.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -325,8 +325,7 @@ impl<'a> Survey<'a> {
         }
         let reasons = self.scene.cameras.iter().filter_map(|camera| {
             let eye = camera.world_from_camera.w_axis.truncate();
-            let around = |&i: &usize| is_behind(eye, &self.scene.world_mesh(i));
-            let around: Vec<usize> = self.refractors.iter().copied().filter(around).collect();
+            let around = self.scene.refractors_around(eye);
             (!around.is_empty()).then(|| format!("`{}` is inside {}", camera.name, self.names(&around)))
         });
         on_if_any(reasons.collect(), "every camera is in free space")
@@ -406,26 +405,6 @@ impl<'a> Survey<'a> {
     fn no_light(&self) -> Option<Effect> {
         self.lights.is_empty().then(|| off("no light"))
     }
-}
-
-/// Whether a ray steeply upwards from `point` first meets the back of the mesh.
-fn is_behind(point: DVec3, mesh: &WorldMesh) -> bool {
-    // Parallel to nothing people build.
-    let ray = DVec3::new(0.352, 0.801, 0.484);
-    let mut nearest = (f64::INFINITY, false);
-    for triangle in mesh.triangles {
-        let [a, b, c] = triangle.map(|v| mesh.positions[v as usize] - point);
-        // The ray passes inside if it sees all three edges turn the same way.
-        let turns = [a.cross(b).dot(ray), b.cross(c).dot(ray), c.cross(a).dot(ray)];
-        let normal = (b - a).cross(c - a);
-        let along = normal.dot(ray);
-        let inside = turns.iter().all(|t| *t >= 0.0) || turns.iter().all(|t| *t <= 0.0);
-        let distance = a.dot(normal) / along;
-        if inside && distance > 0.0 && distance < nearest.0 {
-            nearest = (distance, along > 0.0);
-        }
-    }
-    nearest.1
 }
 
 /// A sphere around an object's bounds.

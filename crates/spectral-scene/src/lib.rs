@@ -8,6 +8,7 @@ mod bundled;
 mod camera;
 mod effects;
 pub mod gltf;
+mod immersion;
 mod material;
 mod open;
 mod scene;
