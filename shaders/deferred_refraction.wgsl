@@ -63,7 +63,7 @@ fn glass_at(layer: u32, texel: vec2<i32>) -> u32 {
 
 // Where a ray inside `object` leaves by faces that a layer shows.
 fn exit_in_layer(view: View, ray: Ray, object: u32, layer: u32) -> ExitSearch {
-    var search = exit_search(params.exit_reach);
+    var search = exit_search(params.exit_reach, EXIT_OF_BODY);
     for (var i = 0u; i < params.exit_iterations && !search.done; i++) {
         let texel = view_texel(view, ray.origin + search.distance * ray.direction);
         search = exit_search_step(search, glass_at(layer, texel), ray, object);
@@ -245,7 +245,7 @@ fn see_through(view: View, opaque: u32, camera_ray: Ray, front: Triangle, hit: P
         passes *= medium.index * medium.index;
     }
     for (var bounce = 0u; in_glass; bounce++) {
-        var exit = ExitSearch(true, true, true, 0u, hit, hit.distance, 0.0, 0.0);
+        var exit = ExitSearch(true, true, true, 0u, hit, hit.distance, 0.0, 0.0, EXIT_OF_BODY);
         var back = front;
         if bounce > 0u || hit.facing < 0.0 {
             exit = find_exit(view, ray, front.object, bounce > 0u);

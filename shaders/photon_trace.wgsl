@@ -88,18 +88,25 @@ struct Traced {
     deposit: vec3<u32>, // XYZ
 }
 
-// Where a ray that has entered `object` leaves it by the back faces that the light sees.
-fn find_exit(view: View, ray: Ray, object: u32) -> ExitSearch {
-    var search = exit_search(params.exit_reach);
+fn face_at(texel: vec2<i32>) -> u32 {
+    if params.path == PATH_REFLECTED {
+        return textureLoad(entry_visibility, texel, 0).r;
+    }
+    return textureLoad(exit_visibility, texel, 0).r;
+}
+
+// Where a ray that has entered `object` leaves it by the back faces that the light sees, or one in what `object` encloses
+// meets its lit faces.
+fn find_exit(view: View, ray: Ray, object: u32, side: f32) -> ExitSearch {
+    var search = exit_search(params.exit_reach, side);
     for (var i = 0u; i < params.exit_iterations && !search.done; i++) {
         let texel = view_texel(view, ray.origin + search.distance * ray.direction);
-        search = exit_search_step(search, textureLoad(exit_visibility, texel, 0).r, ray, object);
+        search = exit_search_step(search, face_at(texel), ray, object);
     }
     if exit_search_is_close(search) {
         let texel = view_texel(view, ray.origin + search.hit.distance * ray.direction);
         for (var i = 0; i < 8; i++) {
-            let visible = textureLoad(exit_visibility, texel_beside(view, texel, i), 0).r;
-            search = exit_search_beside(search, visible, ray, object);
+            search = exit_search_beside(search, face_at(texel_beside(view, texel, i)), ray, object);
         }
     }
     return search;
@@ -281,7 +288,7 @@ fn refracted(emitted: Photon, view: View, light_ray: Ray, entry: Entry, band: u3
     if !entering || params.interfaces != 2u {
         return Way(photon, ray, inside_absorption);
     }
-    let exit = find_exit(view, ray, front.object);
+    let exit = find_exit(view, ray, front.object, EXIT_OF_BODY);
     if !exit.found {
         if !open {
             photon.end = END_NO_EXIT;
@@ -302,8 +309,11 @@ fn refracted(emitted: Photon, view: View, light_ray: Ray, entry: Entry, band: u3
     return Way(photon, Ray(ray.origin + exit.hit.distance * ray.direction, second.direction), 0.0);
 }
 
+// Reflections at a hollow mirror.
+const MOST_REFLECTIONS: u32 = 4u;
+
 // Back from a mirror, or from glass; what goes in is absorbed there, or kept inside.
-fn reflected(emitted: Photon, light_ray: Ray, entry: Entry, band: u32) -> Way {
+fn reflected(emitted: Photon, view: View, light_ray: Ray, entry: Entry, band: u32) -> Way {
     let front = triangles[entry.visible - 1u];
     let hit = entry.hit;
     let medium = medium_of(front, band);
@@ -328,8 +338,33 @@ fn reflected(emitted: Photon, light_ray: Ray, entry: Entry, band: u32) -> Way {
     let rest = emitted.flux - photon.flux;
     photon.absorbed = select(0u, rest, mirror);
     photon.kept_inside = select(rest, 0u, mirror);
+    if mirror {
+        return reflected_on(Way(photon, ray, 0.0), view, front.object, sign(hit.facing), band);
+    }
     // Below an open surface it goes on through what the surface encloses.
-    return Way(photon, ray, select(medium.absorption, 0.0, outside || mirror));
+    return Way(photon, ray, select(medium.absorption, 0.0, outside));
+}
+
+// From wall to wall of a hollow mirror, as along the inside of a ring; `side` is -1 where faces are lit on their outside.
+fn reflected_on(first: Way, view: View, object: u32, side: f32, band: u32) -> Way {
+    var way = first;
+    for (var reflections = 1u; true; reflections++) {
+        let wall = find_exit(view, way.ray, object, side);
+        if !wall.found || !wall.contained {
+            break;
+        }
+        let face = triangles[wall.triangle];
+        let normal = -side * interpolated_normal(face, wall.hit);
+        let share = mirror_reflectance(way.ray.direction, normal, medium_of(face, band).surface);
+        let back = reflect_at(way.ray.direction, normal, face, share);
+        if back.end != END_LANDED || reflections == MOST_REFLECTIONS {
+            way.photon.end = select(END_NO_EXIT, back.end, back.end != END_LANDED);
+            break;
+        }
+        way.photon = absorb(way.photon, back.reflectance);
+        way.ray = Ray(way.ray.origin + wall.hit.distance * way.ray.direction, back.direction);
+    }
+    return way;
 }
 
 // A photon that leaves nothing.
@@ -362,7 +397,7 @@ fn trace(texel: vec2<u32>, band: u32) -> Traced {
     photon.end = END_LANDED;
     var way: Way;
     if params.path == PATH_REFLECTED {
-        way = reflected(photon, light_ray, seen, band);
+        way = reflected(photon, view, light_ray, seen, band);
     } else {
         way = refracted(photon, view, light_ray, seen, band);
     }

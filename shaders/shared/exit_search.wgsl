@@ -9,7 +9,7 @@
 // which is right for convex bodies. No choice hangs on which of two distances that are equal up to rounding is the greater: two
 // devices round differently. Expects the global `triangles`; a pass loads what its own texture shows:
 //
-//     var search = exit_search(reach);
+//     var search = exit_search(reach, side);
 //     for (var i = 0u; i < iterations && !search.done; i++) {
 //         search = exit_search_step(search, shown(exit_search_guess(search, ray)), ray, object);
 //     }
@@ -26,20 +26,24 @@ struct ExitSearch {
     distance: f32,    // the guess
     inner: f32,       // the ray was seen inside here
     outer: f32,       // and outside here
+    side: f32,        // 1 in a body, EXIT_OF_BODY; -1 in what a hollow one encloses, as is light that a ring throws inwards
 }
+
+const EXIT_OF_BODY: f32 = 1.0;
 
 // No way out is longer than `reach`.
-fn exit_search(reach: f32) -> ExitSearch {
-    return ExitSearch(false, false, false, 0u, PlaneHit(false, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, reach);
+fn exit_search(reach: f32, side: f32) -> ExitSearch {
+    return ExitSearch(false, false, false, 0u, PlaneHit(false, 0.0, 0.0, 0.0, 0.0), 0.0, 0.0, reach, side);
 }
 
-// The crossing of a face that a ray can leave by. A ray that starts on a face starts up to SAME_SURFACE beside it, and does
-// not leave by it.
-fn exit_hit(visible: u32, ray: Ray, object: u32) -> PlaneHit {
+// The crossing of a face that a ray can leave by, `facing` above 0 there whatever the ray is in. A ray that starts on a face
+// starts up to SAME_SURFACE beside it, and does not leave by it.
+fn exit_hit(visible: u32, ray: Ray, object: u32, side: f32) -> PlaneHit {
     if visible == NOTHING || triangles[visible - 1u].object != object {
         return PlaneHit(false, 0.0, 0.0, 0.0, 0.0);
     }
     var hit = plane_hit(triangles[visible - 1u], ray);
+    hit.facing *= side;
     hit.crosses = hit.crosses && hit.facing > 0.0 && hit.distance > SAME_SURFACE;
     return hit;
 }
@@ -47,7 +51,7 @@ fn exit_hit(visible: u32, ray: Ray, object: u32) -> PlaneHit {
 // `visible` is what the view shows at the guess.
 fn exit_search_step(before: ExitSearch, visible: u32, ray: Ray, object: u32) -> ExitSearch {
     var search = before;
-    let hit = exit_hit(visible, ray, object);
+    let hit = exit_hit(visible, ray, object, search.side);
     if hit.crosses {
         search.contained = inside(hit);
         search.done = search.contained || abs(hit.distance - search.distance) <= SAME_SURFACE;
@@ -81,7 +85,7 @@ fn exit_search_is_close(search: ExitSearch) -> bool {
 // `visible` is what the view shows beside the crossing.
 fn exit_search_beside(before: ExitSearch, visible: u32, ray: Ray, object: u32) -> ExitSearch {
     var search = before;
-    let hit = exit_hit(visible, ray, object);
+    let hit = exit_hit(visible, ray, object, search.side);
     if preferred(hit, visible - 1u, search.hit, search.triangle) {
         search.triangle = visible - 1u;
         search.hit = hit;

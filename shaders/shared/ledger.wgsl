@@ -22,4 +22,4 @@ const END_OUTSIDE_MAP: u32 = 3u;  // no texel of the map shows the place and sid
 const END_ESCAPED: u32 = 4u;      // leads away from every surface the light sees
 const END_TOTAL: u32 = 5u;        // total internal reflection
 const END_WRONG_SIDE: u32 = 6u;   // the interpolated normal sends it through the wrong side of its facet
-const END_NO_EXIT: u32 = 7u;      // no back face of a closed refractor in the image
+const END_NO_EXIT: u32 = 7u;      // no back face of a closed refractor in the image, or more reflections than are followed

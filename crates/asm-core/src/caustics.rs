@@ -374,7 +374,10 @@ impl<'a> Caustics<'a> {
         let settings = self.settings;
         let emission = self.view(setup.views.start);
         let map = self.view(landing_view);
-        let glass = bounds(self.geometry.refractor_corners()).unwrap_or_default();
+        let reach = |flags| {
+            let (low, high) = bounds(self.geometry.flagged_corners(flags)).unwrap_or_default();
+            low.distance(high) as f32
+        };
         let splat = splat_shape(settings.splat);
         let trace = PhotonTrace {
             emission_view: setup.views.start,
@@ -391,7 +394,7 @@ impl<'a> Caustics<'a> {
             },
             splat_taps: splat.taps,
             splat_sigma: splat.sigma,
-            exit_reach: glass.0.distance(glass.1) as f32,
+            exit_reach: reach(TRIANGLE_REFRACTS),
             landing_center: setup.landing_center,
             range: setup.range,
             spot_axis: setup.spot_axis,
@@ -442,6 +445,7 @@ impl<'a> Caustics<'a> {
         let casters = if refracted { TRIANGLE_REFRACTS | reflecting } else { reflecting };
         let reflected = PhotonTrace {
             path: PATH_REFLECTED,
+            exit_reach: reach(reflecting),
             casters: reflecting,
             first_ledger: setup.first_band + if refracted { self.wavelengths() } else { 0 },
             landing_center: setup.reflected_center,

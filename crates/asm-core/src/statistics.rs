@@ -50,7 +50,7 @@ pub struct Ledger {
     pub total_reflection: Tally,
     /// The interpolated normal sends it through the wrong side of its facet.
     pub wrong_side: Tally,
-    /// No back face of a closed refractor in the image.
+    /// No back face of a closed refractor in the image, or more reflections in a hollow mirror than are followed.
     pub no_exit: Tally,
 }
 

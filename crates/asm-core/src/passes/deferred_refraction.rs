@@ -13,7 +13,7 @@ use super::{
     VISIBILITY_TEXTURE, binding,
 };
 use crate::shared::crossing::{cross_surface, mirror_reflectance, reflect_at};
-use crate::shared::exit_search::{Exit, Inside};
+use crate::shared::exit_search::{EXIT_OF_BODY, Exit, Inside};
 use crate::shared::flux::add_64;
 use crate::shared::ledger::{END_LANDED, END_NO_EXIT, END_TOTAL};
 use crate::shared::optics::Optics;
@@ -219,7 +219,7 @@ pub(crate) fn end_counts(words: &[u32]) -> [u64; SEEN_ROWS] {
 impl Inputs<'_> {
     /// Where a ray inside `object` leaves by faces that a layer shows.
     fn exit_in_layer(&self, ray: Ray, object: u32, layer: &TextureView<'_>) -> Option<Exit> {
-        let inside = Inside { triangles: self.triangles, ray, object };
+        let inside = Inside { triangles: self.triangles, ray, object, side: EXIT_OF_BODY };
         inside.find_exit(self.view, self.params.exit_reach, self.params.exit_iterations, |texel| {
             layer.load_uint(texel.x, texel.y)
         })

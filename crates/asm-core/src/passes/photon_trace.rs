@@ -21,7 +21,7 @@ use super::{
     VISIBILITY_TEXTURE_ARRAY, binding,
 };
 use crate::shared::crossing::{cross_surface, interface_reflectance, mirror_reflectance, reflect_at};
-use crate::shared::exit_search::{Exit, Inside};
+use crate::shared::exit_search::{EXIT_OF_BODY, Exit, Inside};
 use crate::shared::flux::{QUANTUM, add_64, flux_part, part_from};
 use crate::shared::ledger::*;
 use crate::shared::light_views::{Located, locate, locate_clamped, on_map};
@@ -116,6 +116,9 @@ pub const EMISSION_SAMPLE: u32 = 2;
 
 /// How far the landings lie at most from the right, the left, the bottom and the top of a face, in whole texels.
 pub const BOUNDS_WORDS: usize = 4;
+
+/// Reflections at a hollow mirror.
+const MOST_REFLECTIONS: u32 = 4;
 
 /// Photons along each side of a workgroup, which know each other's landings.
 const TILE: u32 = 8;
@@ -448,11 +451,13 @@ impl Inputs<'_> {
         NOTHING
     }
 
-    /// Where a ray that has entered `object` leaves it by the back faces that the light sees.
-    fn find_exit(&self, view: &View, ray: Ray, object: u32) -> Option<Exit> {
-        let inside = Inside { triangles: self.triangles, ray, object };
+    /// Where a ray that has entered a refractor leaves it by the back faces that the light sees, or one in a hollow mirror meets
+    /// its lit faces.
+    fn find_exit(&self, view: &View, inside: Inside<'_>) -> Option<Exit> {
+        let reflected = self.params.path == PATH_REFLECTED;
+        let faces = if reflected { &self.entry_visibility } else { &self.exit_visibility };
         inside.find_exit(view, self.params.exit_reach, self.params.exit_iterations, |texel| {
-            self.exit_visibility.load_uint(texel.x, texel.y)
+            faces.load_uint(texel.x, texel.y)
         })
     }
 
@@ -582,7 +587,9 @@ impl Inputs<'_> {
         if !entering || params.interfaces != 2 {
             return inside;
         }
-        let Some(exit) = self.find_exit(view, ray, front.object) else {
+        let inside_glass =
+            Inside { triangles: self.triangles, ray, object: front.object, side: EXIT_OF_BODY };
+        let Some(exit) = self.find_exit(view, inside_glass) else {
             if !open {
                 photon.end = END_NO_EXIT;
             }
@@ -606,7 +613,7 @@ impl Inputs<'_> {
     }
 
     /// Back from a mirror, or from glass; what goes in is absorbed there, or kept inside.
-    fn reflected(&self, photon: &mut Photon, light_ray: Ray, entry: &Entry, band: u32) -> Way {
+    fn reflected(&self, photon: &mut Photon, view: &View, light_ray: Ray, entry: &Entry, band: u32) -> Way {
         let front = &self.triangles[entry.triangle as usize];
         let hit = entry.hit;
         let medium = self.medium(front, band);
@@ -634,8 +641,34 @@ impl Inputs<'_> {
         } else {
             photon.kept_inside = rest;
         }
+        if mirror {
+            let hollow =
+                Inside { triangles: self.triangles, ray, object: front.object, side: hit.facing.signum() };
+            return self.reflected_on(photon, view, hollow, band);
+        }
         // Below an open surface it goes on through what the surface encloses.
-        Way { ray, absorption: if outside || mirror { 0.0 } else { medium.absorption } }
+        Way { ray, absorption: if outside { 0.0 } else { medium.absorption } }
+    }
+
+    /// From wall to wall of a hollow mirror, as along the inside of a ring.
+    fn reflected_on(&self, photon: &mut Photon, view: &View, mut hollow: Inside<'_>, band: u32) -> Way {
+        let mut reflections = 1;
+        while let Some(wall) = self.find_exit(view, hollow).filter(|wall| wall.contained) {
+            let ray = hollow.ray;
+            let face = &self.triangles[wall.triangle as usize];
+            let normal = -hollow.side * face.interpolated_normal(&wall.hit);
+            let share = mirror_reflectance(ray.direction, normal, self.medium(face, band).surface);
+            let back = reflect_at(ray.direction, normal, face, share);
+            if back.end != END_LANDED || reflections == MOST_REFLECTIONS {
+                photon.end = if back.end == END_LANDED { END_NO_EXIT } else { back.end };
+                break;
+            }
+            photon.absorb(back.reflectance);
+            let origin = ray.origin + wall.hit.distance * ray.direction;
+            hollow.ray = Ray { origin, direction: back.direction };
+            reflections += 1;
+        }
+        Way { ray: hollow.ray, absorption: 0.0 }
     }
 
     /// One photon from the light to the map, and what it leaves there.
@@ -674,7 +707,7 @@ impl Inputs<'_> {
         photon.end = END_LANDED;
         let entry = Entry { triangle, hit };
         let Way { ray, absorption } = if params.path == PATH_REFLECTED {
-            self.reflected(&mut photon, light_ray, &entry, band)
+            self.reflected(&mut photon, view, light_ray, &entry, band)
         } else {
             self.refracted(&mut photon, view, light_ray, &entry, band)
         };

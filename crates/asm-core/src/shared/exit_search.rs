@@ -39,16 +39,22 @@ pub struct Inside<'a> {
     pub ray: Ray,
     /// The refractor.
     pub object: u32,
+    /// 1 in a body, [`EXIT_OF_BODY`]; -1 in what a hollow one encloses, as is light that a ring throws inwards.
+    pub side: f32,
 }
 
+/// The ray is in the body.
+pub const EXIT_OF_BODY: f32 = 1.0;
+
 impl Inside<'_> {
-    /// The crossing of a face that the ray can leave by. A ray that starts on a face starts up to [`SAME_SURFACE`] beside it,
-    /// and does not leave by it.
+    /// The crossing of a face that the ray can leave by, `facing` above 0 there whatever the ray is in. A ray that starts on a
+    /// face starts up to [`SAME_SURFACE`] beside it, and does not leave by it.
     fn exit_hit(&self, visible: u32) -> PlaneHit {
         let triangle = visible.checked_sub(1).map(|index| &self.triangles[index as usize]);
         let Some(triangle) = triangle.filter(|t| t.object == self.object) else { return PlaneHit::default() };
         let hit = triangle.plane_hit(self.ray);
-        PlaneHit { crosses: hit.crosses && hit.facing > 0.0 && hit.distance > SAME_SURFACE, ..hit }
+        let facing = hit.facing * self.side;
+        PlaneHit { crosses: hit.crosses && facing > 0.0 && hit.distance > SAME_SURFACE, facing, ..hit }
     }
 
     /// Where the ray leaves, no farther than `reach`, after at most so many looks at what `view` shows: `shown` loads it. The
@@ -177,7 +183,7 @@ mod tests {
             let y = -0.7 + (t + 0.7) * 1.5 / 1.6 + beside;
             let direction = Vec3::new(0.1, 0.2, -1.0).normalize();
             let ray = Ray { origin: tilted(t, y) - 1.3 * direction, direction };
-            let inside = Inside { triangles: &triangles, ray, object: 0 };
+            let inside = Inside { triangles: &triangles, ray, object: 0, side: EXIT_OF_BODY };
             let exits = [1, 2].map(|at_first| {
                 // The guess's texel shows either, the texels round about both.
                 let looks = Cell::new(0);

@@ -37,5 +37,5 @@ pub const END_ESCAPED: u32 = 4;
 pub const END_TOTAL: u32 = 5;
 /// The interpolated normal sends it through the wrong side of its facet.
 pub const END_WRONG_SIDE: u32 = 6;
-/// No back face of a closed refractor in the image.
+/// No back face of a closed refractor in the image, or more reflections than are followed.
 pub const END_NO_EXIT: u32 = 7;

@@ -6,6 +6,7 @@ mod adaptive;
 mod books;
 mod colour;
 mod decisions;
+mod eye;
 mod gaps;
 mod glass_view;
 mod hard_cases;

@@ -26,7 +26,7 @@ fn render_of(scene: &Scene, settings: &Settings) -> Plan {
 #[test]
 fn every_bundled_scene_has_its_plan() {
     // Scenes with something opaque before the glass draw shadows apart; water has no faces for light to leave by; only
-    // those that absorb need the thickness that the camera sees.
+    // those that absorb need the thickness that the camera sees, and only under water is the eye in what absorbs.
     for (name, apart, exits, absorbs) in [
         ("prism", true, true, false),
         ("sphere", false, true, false),
@@ -40,6 +40,7 @@ fn every_bundled_scene_has_its_plan() {
         ("underwater", false, false, true),
     ] {
         let scene = bundled(name).unwrap();
+        let immersed = name == "underwater";
         let light = [
             (true, "visibility (light, landing)"),
             (apart, "visibility (light, shadow)"),
@@ -60,7 +61,8 @@ fn every_bundled_scene_has_its_plan() {
             .chain([(true, "receiver_bake (light)")]);
         let render = [
             (true, "clear ledger"),
-            (true, "clear picture"),
+            (!immersed, "clear picture"),
+            (immersed, "clear background"),
             (true, "visibility (camera)"),
             (true, "visibility (camera, glass)"),
             (absorbs, "visibility (camera, backs of glass)"),
@@ -69,7 +71,11 @@ fn every_bundled_scene_has_its_plan() {
         .chain(light)
         .chain(fit)
         .chain(map)
-        .chain([(true, "shade (light)")]);
+        .chain([
+            (true, "shade (light)"),
+            (immersed, "clear view counts"),
+            (immersed, "deferred_refraction (camera)"),
+        ]);
         let kept = |steps: &mut dyn Iterator<Item = (bool, &'static str)>| -> Vec<String> {
             steps.filter(|(kept, _)| *kept).map(|(_, name)| name.to_owned()).collect()
         };
@@ -78,7 +84,7 @@ fn every_bundled_scene_has_its_plan() {
         // Without pruning every scene has every pass.
         let all = Settings { prune: false, ..Settings::default() };
         assert_eq!(steps(&bake_of(&scene, &all)).len(), 17, "{name}");
-        assert_eq!(steps(&render_of(&scene, &all)).len(), 19, "{name}");
+        assert_eq!(steps(&render_of(&scene, &all)).len(), 21, "{name}");
     }
 }
 
