@@ -140,6 +140,47 @@ fn a_trough_has_its_cusp_at_half_the_radius() {
     assert_eq!(ledger.absorbed.flux, 0, "{ledger:?}");
 }
 
+/// Upright walls 8 high that meet in an edge at the origin, at right angles and open to -x, each 0.1 wide along z.
+fn corner(walls: &[u32]) -> Mesh {
+    let mut mesh = Mesh { name: "corner".into(), ..Mesh::default() };
+    for [x, z] in [[-0.1, -0.1], [0.0, 0.0], [-0.1, 0.1]] {
+        mesh.positions.extend([[x, -4.0, z], [x, 4.0, z]]);
+    }
+    mesh.triangles
+        .extend(walls.iter().map(|wall| 2 * wall).flat_map(|a| [[a, a + 1, a + 3], [a, a + 3, a + 2]]));
+    mesh
+}
+
+#[test]
+fn light_in_a_corner_is_reflected_by_both_walls() {
+    let corner_scene = |meshes: &[&[u32]]| {
+        let mut scene = Scene { name: "corner".into(), ..Scene::default() };
+        place(&mut scene, "receiver", quad(1.0), opaque([1.0; 3]), DVec3::new(-1.0, 0.0, 0.0));
+        for walls in meshes {
+            place(&mut scene, "corner", corner(walls), mirror([0.5; 3]), DVec3::ZERO);
+        }
+        scene.lights.push(sun(DVec3::new(1.0, -0.25, 0.0)));
+        scene
+    };
+    let absorbed = |scene: &Scene| {
+        let settings = Settings { emission_size: 256, ..Settings::default() };
+        let ledger = bake(scene, 16, &settings).1.lights[0].reflected[0];
+        assert_eq!((ledger.wrong_side.flux, ledger.no_exit.flux), (0, 0), "{ledger:?}");
+        ledger.absorbed.flux as f64 / ledger.emitted.flux as f64
+    };
+    let share = schlick(0.5, std::f64::consts::FRAC_1_SQRT_2 / 1.0_f64.hypot(0.25));
+    // But for the few photons that fall below the other wall.
+    let twice = absorbed(&corner_scene(&[&[0, 1]]));
+    assert!((twice - (1.0 - share * share)).abs() < 0.005, "{twice} for {}", 1.0 - share * share);
+    // Whichever way round the walls are wound.
+    let mut turned = corner_scene(&[&[0, 1]]);
+    turned.meshes[1].triangles.iter_mut().for_each(|t| t.swap(1, 2));
+    assert!((absorbed(&turned) - twice).abs() < 1e-4);
+    // Two mirrors do not know of each other.
+    let once = absorbed(&corner_scene(&[&[0], &[1]]));
+    assert!((once - (1.0 - share)).abs() < 1e-6, "{once} for {}", 1.0 - share);
+}
+
 #[test]
 fn the_outside_of_glass_reflects_its_fresnel_share() {
     // At normal incidence ((n - 1) / (n + 1))^2, straight back up, where no surface is: it escapes or leaves the map.
