@@ -98,7 +98,9 @@ impl Graphics {
     /// # Errors
     /// If the device failed.
     pub(crate) fn next_frame(&mut self) -> Result<Option<wgpu::SurfaceTexture>, CliError> {
-        use wgpu::CurrentSurfaceTexture::{Lost, Outdated, Suboptimal, Success};
+        use wgpu::CurrentSurfaceTexture::{
+            Lost, Occluded, Outdated, Suboptimal, Success, Timeout, Validation,
+        };
         let next = self.surface.get_current_texture();
         if let Some(reason) = &*self.failure.lock().unwrap_or_else(PoisonError::into_inner) {
             return Err(CliError::Failed(format!("the window's device failed: {reason}")));
@@ -110,7 +112,13 @@ impl Graphics {
                 self.window.request_redraw();
                 None
             }
-            _ => None,
+            // Whatever asked for this frame asks only once.
+            Timeout => {
+                self.window.request_redraw();
+                None
+            }
+            // Told when it can be seen again; noted as a failure.
+            Occluded | Validation => None,
         })
     }
 

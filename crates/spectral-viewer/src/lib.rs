@@ -1,7 +1,7 @@
 //! The window of `spectral view`: a scene that one can turn, light and switch, with the time of every pass.
 //!
-//! Without a window, and so tested without one: the camera (`orbit`), `lamps`, `glass`, what the user has chosen
-//! (`choices`), all of it together (`view`), a picture to be made (`job`, with the `pose` that changes from frame to frame), its
+//! Without a window, and so tested without one: the camera (`orbit`), `lamps`, `glass`, the pointer that drags them (`hand`),
+//! what the user has chosen (`choices`), all of it together (`view`), a picture to be made (`job`, with the `pose` that changes from frame to frame), its
 //! times (`times`) and what became of its light (`fates`). With one: the device and what it shows (`graphics`), the picture in it
 //! (`screen`) and who makes it (`maker`, and `worker` for executors with devices of their own), the controls (`panel`) and the
 //! window itself (`window`).
@@ -13,6 +13,7 @@ mod choices;
 mod fates;
 mod glass;
 mod graphics;
+mod hand;
 mod job;
 mod lamps;
 mod maker;

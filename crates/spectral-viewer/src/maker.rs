@@ -9,7 +9,7 @@ use crate::choices::Runner;
 use crate::graphics::Graphics;
 use crate::job::{Job, Report};
 use crate::screen::Screen;
-use crate::worker::{Wake, Worker};
+use crate::worker::{Outcome, Wake, Worker};
 
 /// Bytes of a pixel on its way to the screen: XYZ and padding, f32.
 const PIXEL_BYTES: u64 = 16;
@@ -33,8 +33,12 @@ pub(crate) struct Uploaded {
 pub(crate) struct Progress {
     /// A picture was made inside this frame: ask [`Maker::after_submit`] about it.
     pub(crate) recorded: bool,
+    /// A picture has been begun elsewhere.
+    pub(crate) begun: bool,
     /// A picture made elsewhere is there, or the reason why not.
-    pub(crate) arrived: Option<Result<(Picture, Report), String>>,
+    pub(crate) arrived: Option<Outcome>,
+    /// Nothing is being made.
+    pub(crate) idle: bool,
 }
 
 impl Maker {
@@ -65,25 +69,26 @@ impl Maker {
         display: &Display,
     ) -> Result<Progress, String> {
         match self {
-            Self::Inside { .. } if !due => Ok(Progress::default()),
+            Self::Inside { .. } if !due => Ok(Progress { idle: true, ..Progress::default() }),
             Self::Inside { renderer, scene } => {
                 job.prepare(renderer, scene)
                     .and_then(|()| screen.pass.record_frame(renderer, encoder, &screen.view, display))
                     .map_err(|error| error.to_string())?;
-                Ok(Progress { recorded: true, arrived: None })
+                Ok(Progress { recorded: true, ..Progress::default() })
             }
             Self::Beside { worker, uploaded } => {
                 let arrived = worker.finished();
-                if let Some(Ok((picture, _))) = &arrived {
+                if let Some(Ok((picture, ..))) = &arrived {
                     upload(graphics, uploaded, picture);
                 }
-                if due && !worker.is_busy() {
+                let begun = due && !worker.is_busy();
+                if begun {
                     worker.begin(job.clone());
                 }
                 if let Some(Uploaded { buffer, size }) = uploaded {
                     screen.draw(graphics, encoder, (buffer, *size), display);
                 }
-                Ok(Progress { recorded: false, arrived })
+                Ok(Progress { recorded: false, begun, arrived, idle: !worker.is_busy() })
             }
         }
     }

@@ -2,17 +2,17 @@
 
 use asm_core::Statistics;
 use egui::{
-    CentralPanel, Color32, ComboBox, Frame, Grid, Key, Panel, PointerButton, Rect, Response, RichText,
-    ScrollArea, Sense, Slider, TextureId, Ui, pos2,
+    CentralPanel, Color32, ComboBox, Frame, Grid, Key, Panel, Pos2, Rect, RichText, ScrollArea, Sense,
+    Slider, TextureId, Ui, pos2,
 };
 use frame_plan::Decision;
 use spectral_cli::GAP_FILLINGS;
 
 use crate::choices::{COARSENESSES, Runner, SAMPLES, SIDES, WAVELENGTHS, methods};
 use crate::fates::fates;
-use crate::job::Report;
+use crate::job::{Job, Report};
 use crate::times::{PassTime, PassTimes};
-use crate::view::{Grip, View};
+use crate::view::View;
 
 /// Width of the controls, points.
 const WIDTH: f32 = 330.0;
@@ -22,10 +22,16 @@ const SLIDER: f32 = 72.0;
 const KEYS: [Key; 7] = [Key::Space, Key::Home, Key::G, Key::M, Key::N, Key::E, Key::F];
 /// Errors, readable on the dark panel and on the picture's frame.
 const ERROR: Color32 = Color32::from_rgb(255, 120, 110);
+/// The mark of a picture that is not yet what is set; tests in a window look for it.
+const BEHIND: Color32 = Color32::from_rgb(255, 176, 0);
+/// Its radius, points.
+const MARK: f32 = 5.0;
 
 /// What there is to tell about the pictures.
 #[derive(Debug, Default)]
 pub(crate) struct Status {
+    /// Whose picture of what is on the screen.
+    pub(crate) shown: Option<(Runner, Job)>,
     /// What is known of the newest one.
     pub(crate) report: Report,
     /// Its passes' times.
@@ -40,7 +46,7 @@ pub(crate) struct Status {
 pub(crate) fn show(ui: &mut Ui, view: &mut View, status: &Status, picture: TextureId) -> [u32; 2] {
     if !ui.ctx().egui_wants_keyboard_input() {
         for key in KEYS {
-            if ui.input(|input| input.key_pressed(key)) {
+            for _ in 0..ui.input(|input| input.num_presses(key)) {
                 view.press(key);
             }
         }
@@ -48,10 +54,27 @@ pub(crate) fn show(ui: &mut Ui, view: &mut View, status: &Status, picture: Textu
     Panel::left("controls").exact_size(WIDTH).resizable(false).show(ui, |ui| {
         ScrollArea::vertical().auto_shrink(false).show(ui, |ui| controls(ui, view, status));
     });
-    CentralPanel::default()
+    let area = CentralPanel::default()
         .frame(Frame::NONE.fill(Color32::BLACK))
         .show(ui, |ui| stage(ui, view, status, picture))
-        .inner
+        .inner;
+    // Only here everything of this frame has been done.
+    if status.is_behind(view, area) {
+        let corner = pos2(WIDTH - 4.0 * MARK, ui.max_rect().top() + 4.0 * MARK);
+        ui.painter().circle_filled(corner, MARK, BEHIND);
+    }
+    area
+}
+
+impl Status {
+    /// Whether the picture on the screen, when this frame is there, is of anything else than what is set.
+    fn is_behind(&self, view: &View, area: [u32; 2]) -> bool {
+        let runner = view.choices.runner;
+        let shown = || self.shown.as_ref().is_some_and(|(by, of)| *by == runner && *of == view.job(area));
+        // What runs inside the window's frames is never late.
+        let current = runner == Runner::Wgpu || shown();
+        view.exposure.is_none() || self.error.is_some() || !current
+    }
 }
 
 /// The picture, and what dragging over it does.
@@ -59,10 +82,18 @@ fn stage(ui: &mut Ui, view: &mut View, status: &Status, picture: TextureId) -> [
     let response = ui.allocate_response(ui.available_size(), Sense::drag());
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     ui.painter().image(picture, response.rect, whole, Color32::WHITE);
-    if let Some(grip) = grip(ui, &response) {
-        let by = response.drag_delta() / response.rect.height();
-        view.drag(grip, [by.x.into(), by.y.into()]);
+    let layer = ui.layer_id();
+    let on_picture = |pos: Pos2| {
+        // Lists that are open may lie over it.
+        response.rect.contains(pos) && ui.ctx().layer_id_at(pos).is_none_or(|top| top == layer)
+    };
+    for event in ui.input(|input| input.events.clone()) {
+        if let Some((grip, by)) = view.hand.take(&event, on_picture) {
+            let by = by / response.rect.height();
+            view.drag(grip, [by.x.into(), by.y.into()]);
+        }
     }
+    view.hand.keep(|button| ui.input(|input| input.pointer.button_down(button)));
     if response.contains_pointer() {
         let scrolled = ui.input(|input| input.smooth_scroll_delta().y);
         if scrolled != 0.0 {
@@ -79,23 +110,6 @@ fn stage(ui: &mut Ui, view: &mut View, status: &Status, picture: TextureId) -> [
     }
     let size = response.rect.size() * ui.ctx().pixels_per_point();
     [size.x.round() as u32, size.y.round() as u32]
-}
-
-fn grip(ui: &Ui, response: &Response) -> Option<Grip> {
-    let modifiers = ui.input(|input| input.modifiers);
-    if response.dragged_by(PointerButton::Secondary) {
-        Some(Grip::Lamp)
-    } else if response.dragged_by(PointerButton::Middle) {
-        Some(Grip::Shift)
-    } else if response.dragged_by(PointerButton::Primary) {
-        Some(match modifiers {
-            m if m.command || m.ctrl => Grip::Lamp,
-            m if m.shift => Grip::Shift,
-            _ => Grip::Orbit,
-        })
-    } else {
-        None
-    }
 }
 
 fn controls(ui: &mut Ui, view: &mut View, status: &Status) {
@@ -303,4 +317,115 @@ fn counts(ui: &mut Ui, statistics: &Statistics) {
             ui.end_row();
         }
     });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::tests::view;
+    use egui::epaint::ClippedShape;
+    use egui::{Event, Modifiers, PointerButton, RawInput, Shape};
+
+    /// Frames with these events each, after a first one without any: what the last one draws, and the picture's area.
+    fn frames(view: &mut View, status: &Status, events: &[Vec<Event>]) -> (Vec<ClippedShape>, [u32; 2]) {
+        let context = egui::Context::default();
+        let (mut shapes, mut area) = (Vec::new(), [0, 0]);
+        for events in std::iter::once(&Vec::new()).chain(events) {
+            let input = RawInput {
+                screen_rect: Some(Rect::from_min_max(pos2(0.0, 0.0), pos2(640.0, 360.0))),
+                events: events.clone(),
+                ..RawInput::default()
+            };
+            let mut output = context.run_ui(input, |ui| area = show(ui, view, status, TextureId::default()));
+            // egui insists: there is no device to give them to.
+            output.textures_delta.clear();
+            shapes = output.shapes;
+        }
+        (shapes, area)
+    }
+
+    fn button(x: f32, y: f32, button: PointerButton, pressed: bool) -> Event {
+        Event::PointerButton { pos: pos2(x, y), button, pressed, modifiers: Modifiers::NONE }
+    }
+
+    /// The pointer comes from afar, drags and goes elsewhere.
+    fn drag(with: PointerButton) -> Vec<Event> {
+        let moved = |x, y| Event::PointerMoved(pos2(x, y));
+        vec![
+            moved(600.0, 20.0),
+            moved(450.0, 180.0),
+            button(450.0, 180.0, with, true),
+            moved(480.0, 185.0),
+            moved(520.0, 200.0),
+            button(530.0, 205.0, with, false),
+            moved(400.0, 100.0),
+        ]
+    }
+
+    #[test]
+    fn a_drag_does_the_same_however_many_frames_it_takes() {
+        for with in [PointerButton::Primary, PointerButton::Middle] {
+            let poses: Vec<_> = [1, 2, 3, 7]
+                .map(|events_per_frame| {
+                    let mut view = view("");
+                    let events: Vec<_> = drag(with).chunks(events_per_frame).map(<[_]>::to_vec).collect();
+                    let (_, area) = frames(&mut view, &Status::default(), &events);
+                    view.job(area).pose
+                })
+                .into();
+            let eye = |pose: &crate::pose::Pose| pose.camera.world_from_camera.w_axis;
+            for pose in &poses {
+                assert!(eye(pose).distance(eye(&poses[0])) < 1e-9, "{with:?}: {}", eye(pose));
+            }
+            let begun = eye(&view("").job([1, 1]).pose);
+            assert!(eye(&poses[0]).distance(begun) > 0.05 * begun.truncate().length(), "{with:?}: {begun}");
+        }
+    }
+
+    #[test]
+    fn a_drag_over_the_controls_moves_nothing() {
+        let mut view = view("");
+        let over_controls = vec![
+            Event::PointerMoved(pos2(315.0, 180.0)),
+            button(315.0, 180.0, PointerButton::Secondary, true),
+            Event::PointerMoved(pos2(500.0, 180.0)),
+        ];
+        let (_, area) = frames(&mut view, &Status::default(), &[over_controls]);
+        assert_eq!(view.job(area).pose, self::view("").job(area).pose);
+    }
+
+    #[test]
+    fn keys_count_as_often_as_they_are_pressed_in_a_frame() {
+        let mut view = view("--method asm");
+        let key = |pressed| Event::Key {
+            key: Key::N,
+            physical_key: None,
+            pressed,
+            repeat: false,
+            modifiers: Modifiers::NONE,
+        };
+        frames(&mut view, &Status::default(), &[vec![key(true), key(false), key(true), key(false)]]);
+        assert_eq!(view.choices.settings.wavelengths, WAVELENGTHS[2]);
+    }
+
+    #[test]
+    fn a_picture_of_something_else_is_marked() {
+        fn marked(view: &mut View, status: &Status) -> bool {
+            let (shapes, _) = frames(view, status, &[]);
+            shapes.iter().any(|s| matches!(&s.shape, Shape::Circle(circle) if circle.fill == BEHIND))
+        }
+        let mut view = view("--backend cpu --exposure 1");
+        let (_, area) = frames(&mut view, &Status::default(), &[]);
+        assert!(marked(&mut view, &Status::default()));
+        let status = Status { shown: Some((Runner::Cpu, view.job(area))), ..Status::default() };
+        assert!(!marked(&mut view, &status));
+        view.choices.runner = Runner::Vulkan;
+        assert!(marked(&mut view, &status));
+        view.choices.runner = Runner::Cpu;
+        view.orbit.turn(0.1, 0.0);
+        assert!(marked(&mut view, &status));
+        // What runs in the window's own frames is there with them.
+        view.choices.runner = Runner::Wgpu;
+        assert!(!marked(&mut view, &status));
+    }
 }

@@ -13,6 +13,7 @@ use spectral_scene::{Camera, Scene};
 
 use crate::choices::{Choices, Runner, WAVELENGTHS, after, methods};
 use crate::glass::Glass;
+use crate::hand::{Grip, Hand};
 use crate::job::Job;
 use crate::lamps::Lamps;
 use crate::orbit::Orbit;
@@ -42,6 +43,8 @@ pub(crate) struct View {
     pub(crate) lamps: Lamps,
     /// The refractors.
     pub(crate) glass: Glass,
+    /// What the pointer drags.
+    pub(crate) hand: Hand,
     /// Factor on the picture; none until it is found out from a picture.
     pub(crate) exposure: Option<f64>,
     /// Stops on top of it.
@@ -50,17 +53,6 @@ pub(crate) struct View {
     pub(crate) soft: bool,
     /// Pictures are made only where something has changed.
     pub(crate) paused: bool,
-}
-
-/// What a drag over the picture moves.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Grip {
-    /// The camera, round what it looks at.
-    Orbit,
-    /// The camera, sideways.
-    Shift,
-    /// The chosen lamp.
-    Lamp,
 }
 
 impl View {
@@ -86,6 +78,7 @@ impl View {
             orbit: Orbit::new(camera, centre),
             lamps: Lamps::new(lights, centre),
             glass,
+            hand: Hand::default(),
             exposure: match args.exposure {
                 Exposure::Auto => None,
                 Exposure::Factor(factor) => Some(factor),
@@ -172,7 +165,7 @@ fn middle(scene: &Scene) -> DVec3 {
 }
 
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use super::*;
     use asm_core::{GapFilling, Method};
     use clap::Parser;
@@ -191,7 +184,7 @@ mod tests {
         View::new(scene, &cli.args, &DeviceInfo::default())
     }
 
-    fn view(arguments: &str) -> View {
+    pub(crate) fn view(arguments: &str) -> View {
         view_of(&spectral_scene::bundled("sphere").expect("bundled"), arguments).expect("a view")
     }
 

@@ -24,7 +24,7 @@ use winit::window::{Window, WindowId};
 use crate::choices::Runner;
 use crate::graphics::Graphics;
 use crate::job::{Job, Report};
-use crate::maker::Maker;
+use crate::maker::{Maker, Progress};
 use crate::panel::{self, Status};
 use crate::screen::Screen;
 use crate::times::{PassTimes, moving_mean};
@@ -79,9 +79,13 @@ struct Open {
     maker: Maker,
     /// Whom `maker` was made for.
     runner: Runner,
-    /// What was last made or tried, and how it is shown.
+    /// What was last begun, and how it was to be shown.
     last: Option<(Job, Display)>,
+    /// How the newest frame shows its picture.
+    drawn: Option<Display>,
     status: Status,
+    /// The status has changed since the panel last told it.
+    untold: bool,
     /// Pictures shown so far.
     pictures: u32,
     last_frame: Instant,
@@ -210,7 +214,9 @@ impl Open {
             view,
             runner,
             last: None,
+            drawn: None,
             status: Status::default(),
+            untold: false,
             pictures: 0,
             last_frame: Instant::now(),
             last_picture: None,
@@ -238,6 +244,7 @@ impl Open {
                 area = panel::show(ui, &mut self.view, &self.status, self.screen.id);
             });
         self.input.handle_platform_output(&window, platform_output);
+        self.untold = false;
 
         let mut encoder =
             self.graphics.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
@@ -269,19 +276,31 @@ impl Open {
         let due = changed || !(view.paused || status.error.is_some());
         screen.fit(graphics, painter, now.0.size);
         let progress = maker.record(&now.0, due, (graphics, encoder), screen, &display);
-        self.last = Some(now);
+        self.drawn = Some(display);
         match progress {
             Err(error) => {
-                status.error = Some(error);
+                self.failed(error);
+                self.last = Some(now);
                 false
             }
-            Ok(progress) => {
-                match progress.arrived {
-                    Some(Ok((picture, report))) => self.made(Some(picture), report),
-                    Some(Err(error)) => status.error = Some(error),
+            Ok(Progress { recorded, begun, arrived, idle }) => {
+                // What came while another executor was busy is still due.
+                if recorded || begun {
+                    self.last = Some(now);
+                }
+                match arrived {
+                    Some(Ok((picture, job, report))) => {
+                        self.status.shown = Some((self.runner, job));
+                        self.made(Some(picture), report);
+                    }
+                    Some(Err(error)) => self.failed(error),
                     None => {}
                 }
-                progress.recorded
+                if idle {
+                    // A pause is no part of what a picture takes.
+                    self.last_picture = None;
+                }
+                recorded
             }
         }
     }
@@ -328,13 +347,20 @@ impl Open {
     fn after_submit(&mut self) {
         match self.maker.after_submit(self.view.exposure.is_none()) {
             Ok((picture, report)) => self.made(picture, report),
-            Err(error) => self.status.error = Some(error),
+            Err(error) => self.failed(error),
         }
+    }
+
+    /// Take in why there is no picture.
+    fn failed(&mut self, error: String) {
+        self.status.error = Some(error);
+        self.untold = true;
     }
 
     /// Take in a picture. It is shown with its exposure from the next frame on.
     fn made(&mut self, picture: Option<Picture>, report: Report) {
         self.status.error = None;
+        self.untold = true;
         if self.view.exposure.is_some() {
             self.pictures += 1;
         } else if let Some(picture) = picture {
@@ -356,10 +382,10 @@ impl Open {
     fn schedule(&self, event_loop: &ActiveEventLoop, panel: Option<Duration>) {
         let inside = matches!(self.maker, Maker::Inside { .. });
         let running = inside && !self.view.paused && self.status.error.is_none();
-        let stale = self.last.as_ref().is_none_or(|(_, display)| *display != self.view.display());
+        let stale = self.drawn != Some(self.view.display());
         match panel {
             Some(Duration::ZERO) => self.graphics.window.request_redraw(),
-            _ if running || stale => self.graphics.window.request_redraw(),
+            _ if running || stale || self.untold => self.graphics.window.request_redraw(),
             Some(delay) => match Instant::now().checked_add(delay) {
                 Some(at) => event_loop.set_control_flow(ControlFlow::WaitUntil(at)),
                 None => event_loop.set_control_flow(ControlFlow::Wait),

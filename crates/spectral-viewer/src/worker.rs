@@ -11,11 +11,20 @@ use spectral_scene::Scene;
 
 use crate::job::{Job, Report};
 
-/// A picture with what is known of it, or why there is none.
-pub(crate) type Outcome = Result<(Picture, Report), String>;
+/// A picture with what it is of and what is known of it, or why there is none.
+pub(crate) type Outcome = Result<(Picture, Job, Report), String>;
 
 /// Told when a picture is there.
 pub(crate) type Wake = Box<dyn Fn() + Send>;
+
+/// Wakes once more when the thread ends: if it panicked, somebody waits for its picture.
+struct WakeAtEnd(Wake);
+
+impl Drop for WakeAtEnd {
+    fn drop(&mut self) {
+        (self.0)();
+    }
+}
 
 /// A thread that makes one picture after the other.
 pub(crate) struct Worker {
@@ -46,16 +55,19 @@ impl Worker {
         let (jobs, to_do) = channel::<Job>();
         let (done, outcomes) = channel();
         let thread = thread::spawn(move || {
+            let wake = WakeAtEnd(wake);
+            // Gone before the last waking, which then finds the channel closed.
+            let done = done;
             let mut renderer = open().map(AsmRenderer::new);
             for job in to_do {
                 let outcome = match &mut renderer {
-                    Ok(renderer) => make(renderer, &mut scene, &job),
+                    Ok(renderer) => make(renderer, &mut scene, job),
                     Err(reason) => Err(reason.clone()),
                 };
                 if done.send(outcome).is_err() {
                     return;
                 }
-                wake();
+                (wake.0)();
             }
         });
         Self { jobs: Some(jobs), outcomes, thread: Some(thread), busy: false }
@@ -101,12 +113,31 @@ impl Drop for Worker {
     }
 }
 
-fn make<E: Executor>(renderer: &mut AsmRenderer<E>, scene: &mut Scene, job: &Job) -> Outcome {
+fn make<E: Executor>(renderer: &mut AsmRenderer<E>, scene: &mut Scene, job: Job) -> Outcome {
     let mut made = || -> Result<(Picture, Report), AsmError> {
         job.prepare(renderer, scene)?;
         renderer.execute()?;
         let (picture, _) = renderer.read()?;
         Ok((picture, Report::of(renderer)))
     };
-    made().map_err(|error| error.to_string())
+    let (picture, report) = made().map_err(|error| error.to_string())?;
+    Ok((picture, job, report))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::tests::view;
+
+    #[test]
+    fn a_thread_that_panics_tells_who_waits_for_its_picture() {
+        let (told, wakings) = channel();
+        let wake: Wake = Box::new(move || told.send(()).expect("the test listens"));
+        let open = || -> Result<CpuExecutor, String> { panic!("on purpose") };
+        let mut worker = Worker::start(Scene::default(), wake, open);
+        worker.begin(view("").job([1, 1]));
+        wakings.recv().expect("a waking");
+        let Some(Err(error)) = worker.finished() else { panic!("neither a picture nor nothing") };
+        assert!(error.contains("ended") && !worker.is_busy(), "{error}");
+    }
 }

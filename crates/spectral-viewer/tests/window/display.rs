@@ -15,13 +15,16 @@ use x11rb::{CURRENT_TIME, NONE};
 
 /// Nothing that works takes this long, on any machine.
 const PATIENCE: Duration = Duration::from_secs(120);
-/// A picture that stands still for this long is the last one.
+/// A picture of what is set that stands still for this long is the last one: of what is set now, not a moment ago.
 const STILL: Duration = Duration::from_millis(1500);
 /// Between two looks.
 const GLANCE: Duration = Duration::from_millis(100);
 /// Pixels of the window's left part, which holds the controls.
 const PANEL: usize = 330;
 const SIZE: [usize; 2] = [640, 360];
+
+/// The panel's mark of a picture that is not yet what is set.
+const BEHIND: [u8; 3] = [255, 176, 0];
 
 /// Keysyms of the keys that tests press; letters are their ASCII codes.
 pub(crate) const SPACE: u32 = 0x20;
@@ -46,6 +49,11 @@ impl Shot {
     /// The controls' part.
     pub(crate) fn panel(&self) -> Vec<[u8; 3]> {
         self.columns(0..PANEL)
+    }
+
+    /// Whether another picture is on its way.
+    fn is_behind(&self) -> bool {
+        self.panel().iter().any(|pixel| pixel.iter().zip(BEHIND).all(|(a, b)| a.abs_diff(b) <= 3))
     }
 }
 
@@ -119,17 +127,21 @@ impl Session {
         Some(Shot { pixels })
     }
 
-    /// The picture once it stands still for a while: panel times go on changing, the stage of a scene at rest does not.
+    /// The picture once it is of what is set and stands still for a while: panel times go on changing, the stage of a scene at
+    /// rest does not.
     pub(crate) fn settled(&mut self) -> Vec<[u8; 3]> {
         let (mut before, mut since) = (Vec::new(), Instant::now());
-        self.wait_for("the picture to stand still", |s| {
-            let now = s.shot()?.stage();
-            if difference_or_one(&before, &now) >= 1e-3 {
+        let settled = self.wait_for("the picture to stand still", |s| {
+            let shot = s.shot()?;
+            let now = shot.stage();
+            if shot.is_behind() || difference_or_one(&before, &now) >= 1e-3 {
                 since = Instant::now();
                 before.clone_from(&now);
             }
-            (since.elapsed() > STILL && is_picture(&now)).then_some(now)
-        })
+            (since.elapsed() > STILL).then_some(now)
+        });
+        assert!(is_picture(&settled), "there is nothing to see");
+        settled
     }
 
     /// The picture once more than `share` of it has changed from `before`, and stands still.
@@ -155,8 +167,8 @@ impl Session {
         }
     }
 
-    /// Drag from the middle of the stage by so many pixels, in steps as a hand does; the button is held until the picture has
-    /// changed, for frames may be slow.
+    /// Drag from the middle of the stage by so many pixels, in steps as a hand does, and let go whether or not a frame has been
+    /// drawn meanwhile.
     pub(crate) fn drag(
         &mut self,
         (button, by): (u8, [i16; 2]),
@@ -172,7 +184,6 @@ impl Session {
             self.point([0, 1].map(|i| from[i] + by[i] * step / steps));
             sleep(GLANCE / 5);
         }
-        self.wait_for(what, |s| s.shot().filter(|now| difference(before, &now.stage()) > share));
         self.fake(BUTTON_RELEASE_EVENT, button);
         self.changed(what, before, share)
     }
