@@ -314,19 +314,3 @@ fn lights_together_throw_what_each_throws_alone() {
         }
     }
 }
-
-#[test]
-fn glass_behind_glass_is_passed_by() {
-    // Photons know the first refractor of their texel: what stands behind it in the light's view neither bends nor takes
-    // anything, and no flux is lost or counted twice.
-    let first = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
-    let mut behind = first.clone();
-    place(&mut behind, "behind", cuboid([0.4, 0.02, 0.4]), glass(2.0), DVec3::Y * 0.08);
-    let settings = Settings { wavelengths: Some(1), ..Settings::default() };
-    let (one, of_one) = bake(&first, 32, &settings);
-    let (two, of_two) = bake(&behind, 32, &settings);
-    let (a, b) = (&of_one.lights[0].ledgers[0], &of_two.lights[0].ledgers[0]);
-    assert_eq!(a.emitted.photons, b.emitted.photons);
-    assert!(b.balances() && b.landed.flux > 0);
-    assert!((total(&two.refracted)[1] / total(&one.refracted)[1] - 1.0).abs() < 1e-3);
-}

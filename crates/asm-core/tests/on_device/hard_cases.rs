@@ -151,8 +151,9 @@ fn light_that_meets_nothing_leaves_nothing() {
         // No glass: the floor in full light. No light and no object: black.
         let mut scene = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
         scene.objects.pop();
-        let (maps, _) = bake_on(&mut gpu, &scene, 16, &settings);
+        let (maps, statistics) = bake_on(&mut gpu, &scene, 16, &settings);
         assert!(maps.direct.iter().all(|t| (t[1] - 1.0).abs() < 1e-6));
+        assert_eq!(statistics.photons, 0);
         let camera = Camera::look_at(DVec3::ONE, DVec3::ZERO);
         let empty = Scene { cameras: vec![camera], lights: scene.lights, ..Scene::default() };
         let plan = render_plan(&empty, 0, [1, 1], &settings, &gpu.limits()).unwrap();
@@ -224,26 +225,174 @@ fn maps_are_fitted_to_where_light_lands() {
 fn maps_beyond_the_devices_limits_are_refused_with_the_numbers() {
     let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
     let limits = gpu.limits();
+    let before = gpu.made();
     let scene = plate_over_floor(glass(1.5), 0.5, sun(DVec3::NEG_Y));
+    // One texel more along each side than one binding of 24 bytes a texel holds; whole maps have at most 16384.
+    let allowed = limits.max_storage_binding_bytes.min(limits.max_buffer_bytes);
+    let side = ((allowed / 24).isqrt() + 1).min(16_384) as u32;
+    let settings = Settings { map_size: Some(side), ..Settings::default() };
+    let refused = bake_plan(&scene, 0, [64; 2], &settings, &limits).unwrap_err();
+    assert!(
+        matches!(&refused, PlanError::Limit { remedy: "map_size", .. }),
+        "{side} texels along a side: {refused}"
+    );
+    let text = refused.to_string();
+    assert!(text.contains("the device takes") && text.contains("lower map_size"), "{text}");
     let largest = limits.max_texture_size;
-    let settings = Settings { map_size: Some(largest.min(16_384)), ..Settings::default() };
-    let needed = 24 * u64::from(largest.min(16_384)).pow(2);
-    let refused = bake_plan(&scene, 0, [64; 2], &settings, &limits);
-    let allowed = limits.max_storage_binding_bytes.min(limits.max_buffer_bytes).min(limits.max_total_bytes);
-    match refused {
-        Err(error @ PlanError::Limit { .. }) => {
-            let text = error.to_string();
-            assert!(text.contains("the device takes") && text.contains("lower map_size"), "{text}");
-        }
-        Ok(_) => assert!(needed < allowed, "{needed} bytes in {allowed}"),
-        Err(other) => panic!("{other}"),
-    }
     let wide = bake_plan(&scene, 0, [largest + 1, 1], &Settings::default(), &limits).unwrap_err();
     assert!(
         matches!(&wide, PlanError::Limit { needed, max, .. } if (*needed, *max) == (u64::from(largest) + 1, largest.into())),
         "{wide}"
     );
-    // Nothing was allocated, and the device goes on.
+    assert_eq!(gpu.made(), before, "nothing was made");
+    // And the device goes on.
     let small = Settings { emission_size: 64, ..Settings::default() };
     assert!(total(&bake_on(&mut gpu, &scene, 8, &small).0.refracted)[1] > 0.0);
+}
+
+/// 1.5 GiB of sums, on devices whose limits allow that; the numbers in an error, on all others.
+#[test]
+fn a_map_of_8192_texels_along_a_side_holds_its_light_or_is_refused() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    let limits = gpu.limits();
+    let scene = plate_over_floor(glass(1.5), 1.0, sun(DVec3::NEG_Y));
+    let settings = |side| Settings { wavelengths: Some(1), map_size: Some(side), ..aligned(256) };
+    let needed = 24 * 8192_u64.pow(2);
+    let binding = limits.max_storage_binding_bytes.min(limits.max_buffer_bytes);
+    match bake_plan(&scene, 0, [512; 2], &settings(8192), &limits) {
+        Ok(plan) => {
+            let bytes: u64 = plan.plan.resources.iter().map(|r| r.kind.bytes()).sum();
+            assert!(needed <= binding && bytes <= limits.max_total_bytes, "{bytes} bytes in {limits:?}");
+            gpu.prepare(&plan.plan).unwrap();
+            gpu.execute().unwrap();
+            let (maps, statistics) = plan.read(&mut gpu).unwrap();
+            let ledger = &statistics.lights[0].ledgers[0];
+            assert!(ledger.balances() && ledger.landed.photons > 250 * 250, "{ledger:?}");
+            // Every photon is a point of one texel, which one sample sees.
+            let mean = total(&maps.refracted)[1] / 512_f64.powi(2);
+            assert!((mean - 0.96 * 0.96).abs() < 1e-3, "{mean}");
+        }
+        Err(PlanError::Limit { what, needed: got, max, remedy, .. }) if needed > binding => {
+            assert_eq!((what.as_str(), got, max, remedy), ("buffer map", needed, binding, "map_size"));
+        }
+        Err(PlanError::Limit { needed: got, max, remedy, .. }) => {
+            assert_eq!((max, remedy), (limits.max_total_bytes, "map_size"));
+            assert!(got > max, "{got} bytes in {max}");
+        }
+        Err(other) => panic!("{other}"),
+    }
+}
+
+/// A wedge of glass whose back face leans by `lean_deg`, under light straight down through its level front.
+fn wedge_over_floor(lean_deg: f64, n: f64) -> Scene {
+    let mut scene = plate_over_floor(glass(n), 1.0, sun(DVec3::NEG_Y));
+    // The corners below x = 0.05 go down: the box becomes a prism of three sides.
+    let drop = 0.1 * lean_deg.to_radians().tan() as f32;
+    let mesh = &mut scene.meshes[1];
+    *mesh = cuboid([0.1, 0.1, 0.1]);
+    for position in &mut mesh.positions {
+        if position[1] < 0.0 {
+            position[1] = 0.05 - if position[0] < 0.0 { drop } else { 0.0 };
+        }
+    }
+    scene
+}
+
+/// Share of unpolarised light that is reflected at this angle of incidence inside glass, Fresnel's equations.
+fn reflectance_inside(incidence_deg: f64, n: f64) -> f64 {
+    let (sin_i, cos_i) = incidence_deg.to_radians().sin_cos();
+    let cos_t = (1.0 - (n * sin_i).powi(2)).sqrt();
+    let [s, p] = [(n * cos_i - cos_t) / (n * cos_i + cos_t), (cos_i - n * cos_t) / (cos_i + n * cos_t)];
+    0.5 * (s * s + p * p)
+}
+
+#[test]
+fn light_beyond_the_critical_angle_at_the_back_is_reflected_totally() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    let settings = Settings { wavelengths: Some(1), ..aligned(128) };
+    // The critical angle of 1.5 is 41.81 degrees.
+    for lean_deg in [20.0, 35.0, 41.7, 41.9, 45.0, 60.0] {
+        let (maps, statistics) = bake_on(&mut gpu, &wedge_over_floor(lean_deg, 1.5), 16, &settings);
+        let ledger = &statistics.lights[0].ledgers[0];
+        // At the wedge's thin end a row of photons or two finds no texel of the back.
+        assert!(ledger.no_exit.photons <= ledger.emitted.photons / 50, "{lean_deg}: {ledger:?}");
+        let at_the_back = ledger.emitted.flux - ledger.reflected.flux - ledger.no_exit.flux;
+        if lean_deg < 41.81 {
+            assert_eq!(ledger.total_reflection.flux, 0, "{lean_deg}: {ledger:?}");
+            let kept = ledger.kept_inside.flux as f64 / at_the_back as f64;
+            let wanted = reflectance_inside(lean_deg, 1.5);
+            assert!((kept - wanted).abs() < 1e-4, "{lean_deg}: {kept}, Fresnel says {wanted}");
+            assert!(total(&maps.refracted)[1] > 0.0, "{lean_deg}: {ledger:?}");
+        } else {
+            assert_eq!(ledger.total_reflection.flux, at_the_back, "{lean_deg}: {ledger:?}");
+            assert_eq!(total(&maps.refracted), [0.0; 3], "{lean_deg}");
+        }
+    }
+}
+
+#[test]
+fn light_bent_out_of_the_view_is_counted() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    let settings = Settings { wavelengths: Some(1), ..aligned(128) };
+    // Bent by 34.6 degrees, light goes 0.14 sideways on its way to the floor; the small one ends before that.
+    for (side, lands) in [(1.0, true), (0.1, false)] {
+        let mut scene = wedge_over_floor(40.0, 1.5);
+        scene.meshes[0] = quad(side);
+        let (maps, statistics) = bake_on(&mut gpu, &scene, 16, &settings);
+        let ledger = &statistics.lights[0].ledgers[0];
+        let ended = ledger.reflected.flux + ledger.kept_inside.flux + ledger.no_exit.flux;
+        let left = ledger.emitted.flux - ended;
+        println!("{side}: {ledger:?} {:?}", total(&maps.refracted));
+        let away = ledger.outside_map.flux + ledger.escaped.flux;
+        assert!(left > ledger.emitted.flux / 2, "{ledger:?}");
+        assert_eq!(
+            if lands { (left, 0) } else { (0, left) },
+            (ledger.landed.flux, away),
+            "{side}: {ledger:?}"
+        );
+        assert_eq!(lands, total(&maps.refracted)[1] > 0.0, "{side}");
+    }
+}
+
+#[test]
+fn a_missing_back_face_lets_light_land() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    // The bottom is missing: what enters by the top finds no back face, but the mesh has an edge.
+    let mut scene = plate_over_floor(glass(1.5), 1.0, sun(DVec3::NEG_Y));
+    scene.meshes[1].triangles.drain(4..6);
+    let (maps, _) = bake_on(&mut gpu, &scene, 16, &aligned(64));
+    let middle = maps.refracted[8 * 16 + 8];
+    assert!((middle[1] - 0.96).abs() < 1e-4, "{middle:?}");
+    // A whole mesh: both faces take their share.
+    let whole = plate_over_floor(glass(1.5), 1.0, sun(DVec3::NEG_Y));
+    let middle = bake_on(&mut gpu, &whole, 16, &aligned(64)).0.refracted[8 * 16 + 8];
+    assert!((middle[1] - 0.96 * 0.96).abs() < 1e-4, "{middle:?}");
+}
+
+#[test]
+fn refractors_over_each_other_take_the_first_ones_light() {
+    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
+    // Photons know the first refractor of their texel: what stands behind it in the light's view neither bends nor takes
+    // anything, and no flux is lost or counted twice. Apart, touching, and partly in each other.
+    let first = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
+    let settings = Settings { wavelengths: Some(1), ..Settings::default() };
+    let (one, of_one) = bake_on(&mut gpu, &first, 32, &settings);
+    let a = &of_one.lights[0].ledgers[0];
+    for (height, y) in [(0.02, 0.08), (0.1, 0.1), (0.1, 0.17)] {
+        let mut both = first.clone();
+        place(&mut both, "behind", cuboid([0.4, height, 0.4]), glass(2.0), DVec3::Y * y);
+        let (two, of_two) = bake_on(&mut gpu, &both, 32, &settings);
+        let b = &of_two.lights[0].ledgers[0];
+        assert_eq!(a.emitted.photons, b.emitted.photons, "{y}");
+        assert!(b.landed.flux > 0, "{y}: {b:?}");
+        assert!((total(&two.refracted)[1] / total(&one.refracted)[1] - 1.0).abs() < 1e-3, "{y}");
+    }
+    // One wholly in the other: the back that the light sees is the inner one's, the light in the outer one has no exit. It is
+    // counted.
+    let mut nested = first;
+    place(&mut nested, "inside", cuboid([0.4, 0.02, 0.4]), glass(2.0), DVec3::Y * 0.2);
+    let (two, of_two) = bake_on(&mut gpu, &nested, 32, &settings);
+    let b = &of_two.lights[0].ledgers[0];
+    assert_eq!((b.no_exit.flux, b.landed.flux), (b.emitted.flux - b.reflected.flux, 0), "{b:?}");
+    assert_eq!(total(&two.refracted), [0.0; 3]);
 }
