@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use asm_core::{BakePlan, Settings};
+use asm_core::{BakePlan, Reflections, Settings};
 use frame_plan::{Executor, Limits};
 use xtask::executors::{Candidate, EXECUTORS};
 use xtask::subject::Subject;
@@ -48,7 +48,17 @@ pub fn subject(name: &str) -> Subject {
 /// If the scene has no plan.
 #[must_use]
 pub fn small_bake(subject: &Subject) -> BakePlan {
-    let settings = Settings { emission_size: EMISSION_SIZE, map_size: Some(128), ..Settings::default() };
+    bake_of(subject, Reflections::default())
+}
+
+/// The small bake of a scene with these reflections.
+///
+/// # Panics
+/// If the scene has no plan.
+#[must_use]
+pub fn bake_of(subject: &Subject, reflections: Reflections) -> BakePlan {
+    let settings =
+        Settings { emission_size: EMISSION_SIZE, map_size: Some(128), reflections, ..Settings::default() };
     asm_core::bake_plan(&subject.scene, subject.receiver, SIZE, &settings, &Limits::default())
         .unwrap_or_else(|error| panic!("{}: {error}", subject.name))
 }

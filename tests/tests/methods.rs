@@ -4,9 +4,10 @@ use std::sync::atomic::AtomicU32;
 
 use asm_core::passes::gap_fill;
 use asm_core::{
-    BakePlan, Emission, GapFilling, GlassView, Method, Settings, Statistics, bake_plan, render_plan,
+    BakePlan, Emission, GapFilling, GlassView, MapFit, Method, Reflections, Settings, Statistics, bake_plan,
+    render_plan,
 };
-use frame_plan::{Executor, Limits};
+use frame_plan::{DeviceInfo, Executor, Limits};
 use spectral_core::display::{Display, ToneMap, srgb_from_linear};
 use workspace_tests::{executors, subject};
 use xtask::executors::render;
@@ -189,4 +190,48 @@ fn deferred_refraction_looks_the_same_everywhere_and_more_like_the_oracle() {
             assert!(flip < PARITY_FLIP, "{name}: {id} against {}: FLIP {flip}", pictures[0].0);
         }
     }
+}
+
+#[test]
+fn pictures_with_fitted_maps_have_the_same_bits_on_one_driver() {
+    let mut changed = 0;
+    for name in ["glass", "lamps"] {
+        let subject = subject(name);
+        let plan = |fit| {
+            let settings = Settings {
+                map_fit: Some(fit),
+                reflections: Reflections::All,
+                emission_size: 256,
+                map_size: Some(256),
+                ..Settings::default()
+            };
+            render_plan(&subject.scene, 0, PICTURE, &settings, &Limits::default())
+                .unwrap_or_else(|error| panic!("{name}: {error}"))
+        };
+        let (fitted, wide) = (plan(MapFit::Landings), plan(MapFit::Receivers));
+        let mut pictures: Vec<(&str, DeviceInfo, Vec<[f32; 3]>)> = Vec::new();
+        for (id, executor) in &mut executors() {
+            let mut picture = |plan| {
+                render(plan, executor.as_mut()).unwrap_or_else(|error| panic!("{name} on {id}: {error}"))
+            };
+            let (first, again, other) = (picture(&fitted), picture(&fitted), picture(&wide));
+            assert!(bits(&first).eq(bits(&again)), "{name}: {id} gave two pictures");
+            changed += u32::from(first != other);
+            pictures.push((id, executor.info().clone(), first));
+        }
+        for (i, (a, a_device, a_picture)) in pictures.iter().enumerate() {
+            for (b, b_device, b_picture) in &pictures[..i] {
+                if (&a_device.device, &a_device.driver) == (&b_device.device, &b_device.driver) {
+                    assert!(bits(a_picture).eq(bits(b_picture)), "{name}: {a} and {b} on one driver");
+                }
+                let flip = mean_flip(a_picture, b_picture);
+                assert!(flip < PARITY_FLIP, "{name}: {a} against {b}: FLIP {flip}");
+            }
+        }
+    }
+    assert!(changed > 0, "fitting a map changes no picture");
+}
+
+fn bits(picture: &[[f32; 3]]) -> impl Iterator<Item = u32> + '_ {
+    picture.iter().flatten().map(|v| v.to_bits())
 }

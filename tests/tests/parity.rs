@@ -1,9 +1,9 @@
 //! The same plan on every executor: one body, every scene.
 
-use asm_core::{LightStatistics, Statistics};
-use frame_plan::DeviceInfo;
+use asm_core::{BakePlan, LightStatistics, Reflections, Statistics};
+use frame_plan::{DeviceInfo, Executor};
 use spectral_scene::IrradianceMaps;
-use workspace_tests::{EMISSION_SIZE, executors, small_bake, subject};
+use workspace_tests::{EMISSION_SIZE, bake_of, executors, small_bake, subject};
 use xtask::checks::{Bound, Snapping, judge};
 use xtask::executors::bake;
 use xtask::layers::Layer;
@@ -52,34 +52,56 @@ fn assert_ledgers_agree(name: &str, a: &Statistics, b: &Statistics) {
     }
 }
 
+/// What an executor makes of a plan.
+struct Baked {
+    id: &'static str,
+    device: DeviceInfo,
+    maps: IrradianceMaps,
+    statistics: Statistics,
+}
+
+/// The plan on every executor: twice the same bits on each, the same bits on one driver, and near each other on two.
+fn agreeing(
+    subject: &Subject,
+    plan: &BakePlan,
+    executors: &mut [(&'static str, Box<dyn Executor>)],
+) -> Vec<Baked> {
+    let name = &subject.name;
+    let mut results: Vec<Baked> = Vec::new();
+    for (id, executor) in executors {
+        let (id, plan) = (*id, &*plan);
+        let (maps, statistics) =
+            bake(plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
+        let again = bake(plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
+        // Bits, not values: a NaN would equal nothing, and 0 would equal -0.
+        assert!(bits(&maps).eq(bits(&again.0)), "{name}: {id} gave two results");
+        assert_eq!(statistics.lights, again.1.lights, "{name}: {id} gave two ledgers");
+        results.push(Baked { id, device: executor.info().clone(), maps, statistics });
+    }
+    for (i, a) in results.iter().enumerate() {
+        for b in &results[..i] {
+            let pair = format!("{name}: {} and {}", a.id, b.id);
+            let bound = Snapping::between(&a.device, &b.device).parity(EMISSION_SIZE);
+            let found = disparities(subject, &a.maps, &b.maps, bound);
+            assert!(found.is_empty(), "{pair}: {found:?}");
+            assert_ledgers_agree(name, &b.statistics, &a.statistics);
+            if (&a.device.device, &a.device.driver) == (&b.device.device, &b.device.driver) {
+                assert!(bits(&a.maps).eq(bits(&b.maps)), "{pair}, on one driver");
+                assert_eq!(a.statistics.lights, b.statistics.lights, "{pair}, on one driver");
+            }
+        }
+    }
+    results
+}
+
 fn executors_agree_on(name: &str) {
     let subject = subject(name);
     let plan = small_bake(&subject);
     let mut executors = executors();
-    let mut results = Vec::new();
-    for (id, executor) in &mut executors {
-        let first = bake(&plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
-        let again = bake(&plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
-        // Bits, not values: a NaN would equal nothing, and 0 would equal -0.
-        assert!(bits(&first.0).eq(bits(&again.0)), "{name}: {id} gave two results");
-        assert_eq!(first.1.lights, again.1.lights, "{name}: {id} gave two ledgers");
-        results.push((*id, executor.info().clone(), first));
-    }
-    for (i, (id, device, (maps, statistics))) in results.iter().enumerate() {
-        for (other_id, other_device, (other, other_statistics)) in &results[..i] {
-            let bound = Snapping::between(device, other_device).parity(EMISSION_SIZE);
-            let found = disparities(&subject, maps, other, bound);
-            assert!(found.is_empty(), "{name}: {id} against {other_id}: {found:?}");
-            assert_ledgers_agree(name, other_statistics, statistics);
-            if (&device.device, &device.driver) == (&other_device.device, &other_device.driver) {
-                assert!(bits(maps).eq(bits(other)), "{name}: {id} and {other_id} on one driver");
-                assert_eq!(statistics.lights, other_statistics.lights, "{name}: {id} and {other_id}");
-            }
-        }
-    }
-    let (_, first_device, (first, _)) = &results[0];
+    let results = agreeing(&subject, &plan, &mut executors);
+    let first = &results[0];
     // Not even the coarsest rasteriser's bound lets a fault through.
-    let coarsest = Snapping::between(&DeviceInfo::default(), first_device).parity(EMISSION_SIZE);
+    let coarsest = Snapping::between(&DeviceInfo::default(), &first.device).parity(EMISSION_SIZE);
     for sabotage in Sabotage::ALL {
         let spoiled = sabotage.spoil(&plan);
         if spoiled == plan {
@@ -88,8 +110,31 @@ fn executors_agree_on(name: &str) {
         }
         let (spoiled, _) = bake(&spoiled, executors[0].1.as_mut())
             .unwrap_or_else(|e| panic!("{name}, {}: {e}", sabotage.description()));
-        let found = disparities(&subject, &spoiled, first, coarsest);
+        let found = disparities(&subject, &spoiled, &first.maps, coarsest);
         assert!(!found.is_empty(), "{name}: {} went unnoticed", sabotage.description());
+    }
+}
+
+/// Light thrown back by the outside of glass too, which is a second pass of photons over the same triangles.
+#[test]
+fn reflections_of_all_that_is_smooth_agree() {
+    // What is round sends light so far that the CPU's rounding shows: there the devices are held against each other.
+    for (name, with_cpu) in [("gem", true), ("lamps", false), ("ring", false)] {
+        let subject = subject(name);
+        let mirrors = small_bake(&subject);
+        let all = bake_of(&subject, Reflections::All);
+        assert!(all.plan.steps.len() >= mirrors.plan.steps.len() && all != mirrors, "{name}");
+        let mut executors = executors();
+        executors.retain(|(id, _)| with_cpu || *id != "cpu");
+        if executors.is_empty() {
+            continue;
+        }
+        let results = agreeing(&subject, &all, &mut executors);
+        // They are there, and are not those of mirrors alone.
+        assert!(!Layer::Reflected.is_negligible(&results[0].maps), "{name}");
+        let (without, _) = bake(&mirrors, executors[0].1.as_mut()).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert!(results[0].maps.reflected != without.reflected, "{name}");
+        assert!(results[0].maps.refracted == without.refracted, "{name}: the other layers stay as they are");
     }
 }
 

@@ -34,7 +34,9 @@ fn map_sums(scene: &spectral_scene::Scene, settings: &Settings) -> ([u128; 3], S
 fn assert_map_holds_what_landed(scene: &spectral_scene::Scene, settings: &Settings) {
     let (sums, statistics) = map_sums(scene, settings);
     let light = &statistics.lights[0];
-    assert!(light.ledgers.iter().all(|ledger| ledger.balances()), "{light:?}");
+    assert!(light.ledgers.iter().chain(&light.reflected).all(|ledger| ledger.balances()), "{light:?}");
+    // The map is cleared for each path of light: it holds the last one's.
+    let ledgers = if light.reflected.is_empty() { &light.ledgers } else { &light.reflected };
     // Weights as the plan scales them: whole parts of the largest.
     let set = spectral_core::wavelengths::WavelengthSet::new(
         settings.scheme(),
@@ -43,16 +45,16 @@ fn assert_map_holds_what_landed(scene: &spectral_scene::Scene, settings: &Settin
         settings.observer,
     )
     .unwrap();
-    let weights = set.light_weights(&scene.lights[0].spectrum);
+    let shining = settings.lights.as_ref().map_or(0, |lights| lights[0]);
+    let weights = set.light_weights(&scene.lights[shining].spectrum);
     let largest = weights.iter().flatten().copied().fold(0.0, f64::max);
     let put_down = |l: &asm_core::Ledger| l.landed.flux + l.beside.flux;
     let photons: u64 =
-        light.ledgers.iter().map(|l| u64::from(l.landed.photons) + u64::from(l.beside.photons)).sum();
+        ledgers.iter().map(|l| u64::from(l.landed.photons) + u64::from(l.beside.photons)).sum();
     assert!(photons > 0);
     for c in 0..3 {
         let part = |w: &[f64; 3]| (w[c] / largest * f64::from(1_u32 << 31)).round() as u128;
-        let landed: u128 =
-            weights.iter().zip(&light.ledgers).map(|(w, l)| u128::from(put_down(l)) * part(w)).sum();
+        let landed: u128 = weights.iter().zip(ledgers).map(|(w, l)| u128::from(put_down(l)) * part(w)).sum();
         let difference = sums[c].abs_diff(landed >> 31);
         assert!(difference <= u128::from(photons / 2 + 1), "{c}: {difference} units for {photons} photons");
     }
@@ -61,10 +63,22 @@ fn assert_map_holds_what_landed(scene: &spectral_scene::Scene, settings: &Settin
 #[test]
 fn books_balance_on_every_bundled_scene() {
     let scenes = spectral_scene::BUNDLED.iter().map(|name| spectral_scene::bundled(name).unwrap());
-    // One map is looked at.
-    let glass = |scene: &spectral_scene::Scene| scene.refractors().count() > 0 && scene.lights.len() == 1;
-    for scene in scenes.filter(|scene| scene.name != "sphere-fine" && glass(scene)) {
-        assert_map_holds_what_landed(&scene, &Settings { emission_size: 96, ..Settings::default() });
+    for scene in scenes.filter(|scene| scene.name != "sphere-fine") {
+        // One map is looked at: that of one light, and of one path of its light.
+        for (light, reflections) in
+            (0..scene.lights.len()).flat_map(|i| [(i, Reflections::None), (i, Reflections::Mirrors)])
+        {
+            let [glass, mirrors] = [scene.refractors().count() > 0, scene.mirrors().count() > 0];
+            if if reflections == Reflections::None { glass } else { mirrors } {
+                let settings = Settings {
+                    emission_size: 96,
+                    lights: Some(vec![light]),
+                    reflections,
+                    ..Settings::default()
+                };
+                assert_map_holds_what_landed(&scene, &settings);
+            }
+        }
     }
 }
 

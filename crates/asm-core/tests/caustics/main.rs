@@ -10,6 +10,7 @@ mod eye;
 mod gaps;
 mod glass_view;
 mod hard_cases;
+mod indices;
 mod lamps;
 mod map_fit;
 mod method_plans;

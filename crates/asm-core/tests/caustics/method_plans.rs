@@ -77,6 +77,78 @@ fn every_bundled_scene_has_its_acm_and_asm_plan() {
     }
 }
 
+/// What light `light` takes: a photon that a mirror throws back is traced apart from one that goes through glass, and lands on
+/// all that the light sees.
+fn steps_of_light(light: &str, glass: bool, method: Method) -> Vec<String> {
+    let levels = match method {
+        Method::CausticsMap => 0,
+        Method::Acm => 6,
+        Method::Asm => 3,
+    };
+    let view = |what: &str| format!("visibility ({light}, {what})");
+    let mut steps = vec![view("landing")];
+    steps.extend(glass.then(|| view("landing of reflected light")));
+    steps.extend(["shadow", "entry"].map(view));
+    steps.extend(glass.then(|| view("exit")));
+    if levels > 0 {
+        steps.extend([format!("coverage_mip ({light})"), format!("photon_refine ({light})")]);
+        steps.extend((0..levels).map(|level| format!("copy photon queue {level} to photon queue heads")));
+    }
+    let path = |path: &str, fills: bool| {
+        let mut steps = vec!["clear map".to_owned(), format!("photon_trace ({light}{path})")];
+        if fills {
+            steps.extend(["gap_mask", "gap_reach"].map(|pass| format!("{pass} ({light})")));
+            steps.extend(["clear filled map".to_owned(), format!("gap_fill ({light})")]);
+        }
+        steps.push(format!("map_resolve ({light}{path})"));
+        steps
+    };
+    if glass {
+        steps.extend(path("", method == Method::Asm));
+    }
+    steps.extend(path(", reflected", false));
+    steps
+}
+
+#[test]
+fn bundled_scenes_with_mirrors_have_their_plans() {
+    let mut seen = 0;
+    for scene in BUNDLED.iter().map(|name| bundled(name).unwrap()) {
+        let (name, glass) = (scene.name.as_str(), scene.refractors().count() > 0);
+        if scene.mirrors().count() == 0 {
+            assert!(glass && scene.lights.len() == 1, "`{name}` has no plan of its own here");
+            continue;
+        }
+        seen += 1;
+        for method in [Method::CausticsMap, Method::Acm, Method::Asm] {
+            let settings = Settings::of(method);
+            let lights: Vec<String> =
+                scene.lights.iter().enumerate().map(|(i, l)| format!("light {i} `{}`", l.name)).collect();
+            let mut wanted = vec!["clear ledger".to_owned()];
+            wanted.extend((glass && method == Method::Asm).then(|| "clear gap energy".to_owned()));
+            wanted.extend(["clear irradiance", "uv_visibility (receiver)"].map(str::to_owned));
+            for light in &lights {
+                wanted.extend(steps_of_light(light, glass, method));
+                wanted.push(format!("receiver_bake ({light})"));
+            }
+            assert_eq!(bake_of(&scene, &settings).step_names(), wanted, "{name} {method:?}");
+            // A picture takes the same of each light, and besides may fit the map to where refracted light lands.
+            let picture = render_plan(&scene, 0, [64; 2], &settings, &Limits::default()).unwrap().plan;
+            let mut steps = picture.step_names();
+            let fits = ["clear landing bounds", "map_fit (", ", landings)"];
+            let before = steps.len();
+            steps.retain(|step| !fits.iter().any(|fit| step.contains(fit)));
+            let fitted = if glass && method != Method::Asm { 3 * lights.len() } else { 0 };
+            assert_eq!(before - steps.len(), fitted, "{name} {method:?}");
+            for light in &lights {
+                let wanted = steps_of_light(light, glass, method);
+                assert!(steps.windows(wanted.len()).any(|w| w == wanted), "{name} {method:?}: {steps:?}");
+            }
+        }
+    }
+    assert_eq!(seen, 2, "metal-ring and lamps");
+}
+
 #[test]
 fn asm_without_dispersion_is_acm() {
     let mut scene = bundled("prism").unwrap();
