@@ -22,7 +22,7 @@ pub const SIZE: [u32; 2] = [64, 64];
 /// If one cannot start and [`ALLOW_SKIP`] is not 1: no test passes because nothing ran.
 #[must_use]
 pub fn executors() -> Vec<(&'static str, Box<dyn Executor>)> {
-    let open = |candidate: &Candidate| match (candidate.open)() {
+    let open = |candidate: &Candidate| match (candidate.open)(None) {
         Ok(executor) => Some((candidate.id, executor)),
         Err(error) if std::env::var_os(ALLOW_SKIP).is_some_and(|v| v == "1") => {
             eprintln!("skipped {}: {error}", candidate.id);

@@ -7,25 +7,48 @@ use frame_plan::cpu::CpuExecutor;
 use frame_plan::{ExecuteError, Executor};
 use spectral_scene::IrradianceMaps;
 
+/// A started executor, or why it cannot be started.
+pub type Opened = Result<Box<dyn Executor>, ExecuteError>;
+
 /// An executor that a machine may or may not be able to start.
 pub struct Candidate {
-    /// Name in reports: `cpu`, `wgpu`, `vulkan`.
+    /// `cpu`, `wgpu`, `vulkan`.
     pub id: &'static str,
-    /// Starts it.
-    pub open: fn() -> Result<Box<dyn Executor>, ExecuteError>,
+    /// Name in checks.
+    pub name: &'static str,
+    /// Starts it on the adapter of this name, or on the most powerful one.
+    pub open: fn(adapter: Option<&str>) -> Opened,
 }
+
+const WGPU: Candidate = Candidate {
+    id: "wgpu",
+    name: "wgpu",
+    open: |adapter| {
+        let options = WgpuOptions { adapter: adapter.map(str::to_owned) };
+        Ok(Box::new(WgpuExecutor::new(asm_core::PASSES, &options)?))
+    },
+};
+
+const VULKAN: Candidate = Candidate {
+    id: "vulkan",
+    name: "vulkan",
+    open: |adapter| {
+        let options = VulkanOptions { adapter: adapter.map(str::to_owned), ..VulkanOptions::default() };
+        Ok(Box::new(VulkanExecutor::new(ASM_PASSES, &options)?))
+    },
+};
 
 /// All of them. The first needs no device, so every machine has it.
 pub const EXECUTORS: &[Candidate] = &[
-    Candidate { id: "cpu", open: || Ok(Box::new(CpuExecutor::new(asm_core::PASSES, None)?)) },
-    Candidate {
-        id: "wgpu",
-        open: || Ok(Box::new(WgpuExecutor::new(asm_core::PASSES, &WgpuOptions::default())?)),
-    },
-    Candidate {
-        id: "vulkan",
-        open: || Ok(Box::new(VulkanExecutor::new(ASM_PASSES, &VulkanOptions::default())?)),
-    },
+    Candidate { id: "cpu", name: "cpu", open: |_| Ok(Box::new(CpuExecutor::new(asm_core::PASSES, None)?)) },
+    WGPU,
+    VULKAN,
+];
+
+/// Those that have a device, for a second driver beside the first.
+pub const ON_SECOND_DRIVER: &[Candidate] = &[
+    Candidate { name: "wgpu, second driver", ..WGPU },
+    Candidate { name: "vulkan, second driver", ..VULKAN },
 ];
 
 /// One frame of a bake that is prepared anew.

@@ -16,7 +16,8 @@ use frame_plan::{ExecuteError, Executor};
 use spectral_cli::values::Size;
 use xtask::executors::{Candidate, EXECUTORS};
 
-use crate::{driver, paths};
+use crate::driver::{self, Drivers};
+use crate::paths;
 use report::{ExecutorTables, Report};
 
 /// Measure milliseconds per frame: five objects by three methods, and cost against the share of the light's view.
@@ -66,7 +67,7 @@ impl Column {
 /// Unknown names, an unwritable folder, an executor that fails on the way.
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     let Some(missing) = driver::in_environment() else {
-        return driver::restart();
+        return driver::restart(Drivers::One);
     };
     let objects = objects::named(&args.objects)?;
     let candidates = candidates(&args.executors)?;
@@ -92,7 +93,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
 type Turns = [Box<dyn Executor>; COLUMNS.len()];
 
 fn open(candidate: &Candidate) -> Result<Turns, ExecuteError> {
-    Ok([(candidate.open)()?, (candidate.open)()?, (candidate.open)()?])
+    Ok([(candidate.open)(None)?, (candidate.open)(None)?, (candidate.open)(None)?])
 }
 
 fn tables(mut turns: Turns, objects: &[objects::Subject], args: &Args) -> Result<ExecutorTables> {

@@ -19,7 +19,7 @@ use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
 use super::report::{Check, Control, PictureRow, Report, SceneEntry, difference, shown};
-use super::{Contender, Effort, MethodName, controls, pictures};
+use super::{Contender, Effort, MethodName, controls, pictures, taking};
 
 /// Name of the oracle in checks.
 pub(super) const ORACLE: &str = "oracle";
@@ -170,6 +170,7 @@ impl Comparison<'_> {
         sabotage: Option<Sabotage>,
         contenders: &mut [Contender],
     ) {
+        let contenders = taking(contenders, self.subject, method);
         let name = method.name();
         let settings = Settings { method: method.method(), ..Settings::default() };
         let (scene, receiver) = (&self.subject.scene, self.subject.receiver);
@@ -190,12 +191,12 @@ impl Comparison<'_> {
                 _ => plan.clone(),
             };
             if let Some(baked) = self.bake(&plan, contender, &name) {
-                maps.push((contender.entry.id, contender.info.clone(), baked));
+                maps.push((contender.entry.name, contender.info.clone(), baked));
             }
         }
         // An executor alone is held against itself, and a spoiled one against what it makes of the plan as it was.
         if let [(id, ..)] = maps[..]
-            && let Some(alone) = contenders.iter_mut().find(|c| c.entry.id == id)
+            && let Some(alone) = contenders.iter_mut().find(|c| c.entry.name == id)
         {
             let again = self.bake(&plan, alone, &name);
             maps.extend(again.map(|again| (id, alone.info.clone(), again)));
@@ -234,7 +235,7 @@ impl Comparison<'_> {
         let start = Instant::now();
         match executors::bake(plan, executor) {
             Ok((maps, _)) => {
-                let (id, seconds) = (contender.entry.id, start.elapsed().as_secs_f64());
+                let (id, seconds) = (contender.entry.name, start.elapsed().as_secs_f64());
                 self.note(format!("{id}, {method}: {seconds:.2} s, pipelines and transfers included"));
                 Some(maps)
             }
@@ -320,7 +321,7 @@ impl Comparison<'_> {
 
     /// Spoil the plan in every way, run it again where `good` was made, and ask for parity: it must not hold.
     fn control_plans(&mut self, method: &str, plan: &BakePlan, good: &Baked, contenders: &mut [Contender]) {
-        let Some(contender) = contenders.iter_mut().find(|c| c.entry.id == good.id) else { return };
+        let Some(contender) = contenders.iter_mut().find(|c| c.entry.name == good.id) else { return };
         for sabotage in Sabotage::ALL {
             let Some(executor) = contender.executor.as_deref_mut() else { return };
             let spoiled = sabotage.spoil(plan);

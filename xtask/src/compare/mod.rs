@@ -13,11 +13,12 @@ use anyhow::{Context, Result, bail};
 use asm_core::Method;
 use clap::ValueEnum;
 use frame_plan::{DeviceInfo, ExecuteError, Executor};
-use xtask::executors::EXECUTORS;
+use xtask::executors::{Candidate, EXECUTORS, ON_SECOND_DRIVER, Opened};
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
-use crate::{driver, paths, test};
+use crate::driver::{self, Drivers, second};
+use crate::{paths, test};
 use report::{ExecutorEntry, Report, Status};
 
 /// Compare all executors with each other and with the oracle; writes report.html and report.json.
@@ -65,6 +66,9 @@ impl MethodName {
 /// Scenes of a quick run: one each with flat faces, smooth normals and total reflection.
 const QUICK_SCENES: [&str; 3] = ["prism", "sphere", "gem"];
 
+/// Scenes that a second driver takes: flat faces and smooth normals.
+const SECOND_DRIVER_SCENES: [&str; 2] = ["prism", "sphere"];
+
 /// What a run costs.
 struct Effort {
     /// Texels across and down a bake.
@@ -87,6 +91,8 @@ impl Effort {
 /// An executor and what became of it.
 struct Contender {
     entry: ExecutorEntry,
+    /// It is not asked everything, see [`taking`].
+    on_second_driver: bool,
     /// Empty if it never started.
     info: DeviceInfo,
     /// None once it is skipped or has failed.
@@ -94,6 +100,40 @@ struct Contender {
 }
 
 impl Contender {
+    /// With what became of opening its executor; `missing` says why there may be no device, or is empty.
+    fn new(candidate: &Candidate, on_second_driver: bool, opened: Opened, missing: &str) -> Self {
+        let mut entry = ExecutorEntry {
+            id: candidate.id,
+            name: candidate.name,
+            status: Status::Ran,
+            device: String::new(),
+            driver: String::new(),
+            device_type: None,
+            subpixel_bits: None,
+            reason: None,
+        };
+        let mut info = DeviceInfo::default();
+        let executor = match opened {
+            Ok(executor) => {
+                info.clone_from(executor.info());
+                entry.device.clone_from(&info.device);
+                entry.driver.clone_from(&info.driver);
+                entry.device_type = Some(info.device_type);
+                entry.subpixel_bits = info.subpixel_bits;
+                Some(executor)
+            }
+            Err(error) => {
+                let no_device = matches!(error, ExecuteError::NoDevice { .. });
+                entry.status = if no_device { Status::Skipped } else { Status::Failed };
+                let hint = if missing.is_empty() { String::new() } else { format!("; {missing}") };
+                entry.reason = Some(format!("{error}{hint}"));
+                None
+            }
+        };
+        eprintln!("{}: {}", entry.name, entry.reason.as_deref().unwrap_or(&entry.device));
+        Self { entry, on_second_driver, info, executor }
+    }
+
     /// It is not asked again.
     fn fail(&mut self, reason: String) {
         self.entry.status = Status::Failed;
@@ -108,7 +148,7 @@ impl Contender {
 /// Unknown scenes, an unwritable folder. What the comparison itself finds is the report's, and the exit code's.
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     let Some(missing) = driver::in_environment() else {
-        return driver::restart();
+        return driver::restart(if args.quick { Drivers::One } else { Drivers::Two });
     };
     let start = Instant::now();
     let subjects = subjects(args)?;
@@ -117,9 +157,11 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     // Before minutes of work, not after.
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot create {}", args.out.display()))?;
     let effort = if args.quick { Effort::QUICK } else { Effort::FULL };
-    let mut contenders = contenders(&missing);
+    let no_second = if args.quick { "not in a quick run".into() } else { second::in_environment() };
+    let mut contenders = contenders(&missing, no_second.is_empty());
     let mut report = Report {
         executors: Vec::new(),
+        no_second_driver: Some(no_second).filter(|reason| !reason.is_empty()),
         sabotage: args.sabotage,
         spoiled_plans: 0,
         controls: Vec::new(),
@@ -143,7 +185,10 @@ fn finish(report: &Report, args: &Args) -> Result<ExitCode> {
     let page = report.write(&args.out, skips_fail)?;
     for executor in &report.executors {
         let what = executor.reason.as_deref().unwrap_or(&executor.device);
-        println!("{}: {}, {what}", executor.id, executor.status.word());
+        println!("{}: {}, {what}", executor.name, executor.status.word());
+    }
+    if let Some(reason) = &report.no_second_driver {
+        println!("no second driver: {reason}");
     }
     let failures = report.failures(skips_fail);
     failures.iter().for_each(|failure| println!("failed: {failure}"));
@@ -175,38 +220,35 @@ fn subjects(args: &Args) -> Result<Vec<Subject>> {
     Ok(subjects)
 }
 
+/// Those that take a scene with a method. On a second driver, which is SwiftShader, all scenes with all methods would take an
+/// hour; `asm` has nearly all passes.
+fn taking<'a>(contenders: &'a mut [Contender], subject: &Subject, method: MethodName) -> &'a mut [Contender] {
+    let all = method == MethodName::Asm && SECOND_DRIVER_SCENES.contains(&subject.name.as_str());
+    let on_first = contenders.iter().take_while(|c| !c.on_second_driver).count();
+    let count = if all { contenders.len() } else { on_first };
+    &mut contenders[..count]
+}
+
 /// Start every executor that can be started; `missing` says why there may be no device, or is empty.
-fn contenders(missing: &str) -> Vec<Contender> {
-    let contender = |candidate: &xtask::executors::Candidate| {
-        let mut entry = ExecutorEntry {
-            id: candidate.id,
-            status: Status::Ran,
-            device: String::new(),
-            driver: String::new(),
-            device_type: None,
-            subpixel_bits: None,
-            reason: None,
-        };
-        let mut info = DeviceInfo::default();
-        let executor = match (candidate.open)() {
-            Ok(executor) => {
-                info.clone_from(executor.info());
-                entry.device.clone_from(&info.device);
-                entry.driver.clone_from(&info.driver);
-                entry.device_type = Some(info.device_type);
-                entry.subpixel_bits = info.subpixel_bits;
-                Some(executor)
-            }
-            Err(error) => {
-                let no_device = matches!(error, ExecuteError::NoDevice { .. });
-                entry.status = if no_device { Status::Skipped } else { Status::Failed };
-                let hint = if missing.is_empty() { String::new() } else { format!("; {missing}") };
-                entry.reason = Some(format!("{error}{hint}"));
-                None
-            }
-        };
-        eprintln!("{}: {}", entry.id, entry.reason.as_deref().unwrap_or(&entry.device));
-        Contender { entry, info, executor }
+fn contenders(missing: &str, second: bool) -> Vec<Contender> {
+    // Named, because of two software drivers either may come first.
+    let others: Vec<String> = if second {
+        let adapters = asm_wgpu::adapters().into_iter().map(|info| info.device);
+        adapters.filter(|device| !device.contains(second::ADAPTER)).collect()
+    } else {
+        Vec::new()
     };
-    EXECUTORS.iter().map(contender).collect()
+    let first = EXECUTORS.iter().map(|candidate| {
+        let open = || match (candidate.open)(None) {
+            Ok(executor) if second && executor.info().device.contains(second::ADAPTER) => {
+                (candidate.open)(others.first().map(String::as_str))
+            }
+            opened => opened,
+        };
+        Contender::new(candidate, false, open(), missing)
+    });
+    let second = ON_SECOND_DRIVER.iter().filter(|_| second);
+    let second = second
+        .map(|candidate| Contender::new(candidate, true, (candidate.open)(Some(second::ADAPTER)), missing));
+    first.chain(second).collect()
 }

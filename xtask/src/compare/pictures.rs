@@ -15,7 +15,7 @@ use xtask::metrics::{Map, exposure};
 
 use super::bakes::{Comparison, ORACLE, common_limits, contents, percent_on_terminal};
 use super::report::{Check, PictureRow, Png, shown};
-use super::{Contender, MethodName};
+use super::{Contender, MethodName, taking};
 
 /// What was found about two pictures; equal contents under an equal bound are judged once.
 pub(super) struct Answer {
@@ -97,6 +97,7 @@ impl Comparison<'_> {
     }
 
     fn render_all(&mut self, method: MethodName, contenders: &mut [Contender]) -> Vec<Made> {
+        let contenders = taking(contenders, self.subject, method);
         let Some(limits) = common_limits(contenders) else { return Vec::new() };
         let settings = Settings { method: method.method(), ..Settings::default() };
         let size = self.effort.picture_size;
@@ -112,7 +113,7 @@ impl Comparison<'_> {
             let Some(executor) = contender.executor.as_deref_mut() else { continue };
             match executors::render(&plan, executor) {
                 Ok(xyz) => {
-                    made.push(Made { id: contender.entry.id, device: Some(contender.info.clone()), xyz })
+                    made.push(Made { id: contender.entry.name, device: Some(contender.info.clone()), xyz })
                 }
                 Err(error) => contender.fail(format!("{} picture: {error}", self.subject.name)),
             }

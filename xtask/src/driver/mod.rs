@@ -8,6 +8,7 @@
 mod npm;
 mod private_copy;
 mod probe;
+pub(crate) mod second;
 
 use std::env;
 use std::path::Path;
@@ -77,14 +78,33 @@ pub(crate) fn in_environment() -> Option<String> {
     env::var(MISSING).ok()
 }
 
-/// Start this program again with a driver in its environment: the Vulkan loader reads that once.
+/// How many drivers a process is to have.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Drivers {
+    /// Only the first.
+    One,
+    /// A second beside it, where it can be had.
+    Two,
+}
+
+/// Start this program again with drivers in its environment: the Vulkan loader reads that once.
 ///
 /// # Errors
 /// Only where this program cannot start itself.
-pub(crate) fn restart() -> Result<ExitCode> {
-    let driver = find_or_fetch(false)?;
+pub(crate) fn restart(drivers: Drivers) -> Result<ExitCode> {
+    let mut driver = find_or_fetch(false)?;
     let available = !driver.adapters.is_empty();
     eprintln!("{}: {}", if available { "Vulkan driver" } else { "warning" }, driver.description);
+    if drivers == Drivers::Two && available {
+        let missing = match second::beside(&driver) {
+            Ok(environment) => {
+                driver.environment = environment;
+                String::new()
+            }
+            Err(error) => format!("{error:#}"),
+        };
+        driver.environment.push(second::told(&missing));
+    }
     let program = env::current_exe().context("where this program lies is unknown")?;
     let status = Command::new(&program)
         .args(env::args_os().skip(1))
@@ -156,10 +176,10 @@ struct Source {
 const LAVAPIPE: Packages =
     Packages { wanted: &["mesa-vulkan-drivers", "libvulkan1"], welcome: &["vulkan-validationlayers"] };
 
-const SOURCES: [Source; 2] = [
-    Source { name: "lavapipe", fetch: |folder| apt::fetch(folder, &LAVAPIPE) },
-    Source { name: "swiftshader", fetch: npm::fetch },
-];
+const SWIFTSHADER: Source = Source { name: "swiftshader", fetch: npm::fetch };
+
+const SOURCES: [Source; 2] =
+    [Source { name: "lavapipe", fetch: |folder| apt::fetch(folder, &LAVAPIPE) }, SWIFTSHADER];
 
 impl Source {
     /// A new private copy.

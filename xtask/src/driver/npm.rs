@@ -24,7 +24,9 @@ const UNPACK_BROTLI: &str = "const fs = require('fs'), zlib = require('zlib'); \
 /// No npm, node or tar, no network, or a package that no longer holds the driver.
 pub(super) fn fetch(folder: &Path) -> Result<()> {
     let packed = tool::run(
-        Command::new("npm").args(["pack", "--silent", "--ignore-scripts", PACKAGE]).current_dir(folder),
+        Command::new("npm")
+            .args(["pack", "--silent", "--ignore-scripts", "--fetch-retries=1", PACKAGE])
+            .current_dir(folder),
     )?;
     let file = packed.lines().last().context("npm pack named no file")?.trim().to_owned();
     tool::run(Command::new("tar").args(["-xzf", &file, ARCHIVE]).current_dir(folder))?;

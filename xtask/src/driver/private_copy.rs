@@ -50,9 +50,14 @@ impl PrivateCopy {
         &self.root
     }
 
+    /// What names the driver to the Vulkan loader.
+    pub(super) fn manifest(&self) -> PathBuf {
+        self.root.join(MANIFEST)
+    }
+
     /// Variables that make the Vulkan loader this one and the driver the only one, and that let tests validate.
     pub(super) fn environment(&self) -> Environment {
-        let manifest = self.root.join(MANIFEST).into_os_string();
+        let manifest = self.manifest().into_os_string();
         let mut environment = vec![
             // Loaders before 1.3.207 know only the second name.
             ("VK_DRIVER_FILES", manifest.clone()),

@@ -81,7 +81,7 @@ fn executors(html: &mut String, report: &Report) {
             html,
             format_args!(
                 "<tr><td>{}<td>{}<td>{}<td>{}<td>{}<td>{}",
-                executor.id,
+                executor.name,
                 executor.status.word(),
                 escaped(&executor.device),
                 escaped(&executor.driver),
@@ -91,6 +91,9 @@ fn executors(html: &mut String, report: &Report) {
         );
     }
     push(html, format_args!("</table>"));
+    if let Some(reason) = &report.no_second_driver {
+        push(html, format_args!("<p class=\"note\">No second driver: {}</p>", escaped(reason)));
+    }
 }
 
 fn scene(html: &mut String, report: &Report, entry: &SceneEntry) {

@@ -20,6 +20,8 @@ pub(crate) use picture::{Png, difference, shown};
 pub(crate) struct Report {
     /// Executors of the project, run or not.
     pub(crate) executors: Vec<ExecutorEntry>,
+    /// Why none ran on a second driver; null where there is one.
+    pub(crate) no_second_driver: Option<String>,
     /// What was spoiled on purpose.
     pub(crate) sabotage: Option<Sabotage>,
     /// Plans that this changed; 0 without sabotage.
@@ -53,6 +55,8 @@ pub(crate) enum Status {
 pub(crate) struct ExecutorEntry {
     /// `cpu`, `wgpu` or `vulkan`.
     pub(crate) id: &'static str,
+    /// What checks call it.
+    pub(crate) name: &'static str,
     /// Whether it ran.
     pub(crate) status: Status,
     /// Device name, if there is a device.
@@ -129,7 +133,7 @@ impl Report {
         let executors = self.executors.iter().filter_map(|e| {
             let fails = e.status == Status::Failed || (skips_fail && e.status == Status::Skipped);
             let reason = e.reason.as_deref().unwrap_or("no reason given");
-            fails.then(|| format!("executor {} {}: {reason}", e.id, e.status.word()))
+            fails.then(|| format!("executor {} {}: {reason}", e.name, e.status.word()))
         });
         let checks = self.checks.iter().filter(|c| !c.ok).map(|c| {
             format!(
@@ -187,6 +191,7 @@ mod tests {
     fn report(sabotage: Option<Sabotage>, spoiled_plans: usize) -> Report {
         Report {
             executors: Vec::new(),
+            no_second_driver: None,
             controls: Vec::new(),
             sabotage,
             spoiled_plans,
