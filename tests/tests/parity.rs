@@ -69,7 +69,7 @@ fn agreeing(
     let name = &subject.name;
     let mut results: Vec<Baked> = Vec::new();
     for (id, executor) in executors {
-        let (id, plan) = (*id, &*plan);
+        let id = *id;
         let (maps, statistics) =
             bake(plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
         let again = bake(plan, executor.as_mut()).unwrap_or_else(|e| panic!("{name} on {id}: {e}"));
