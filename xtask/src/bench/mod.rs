@@ -1,9 +1,10 @@
-//! `cargo xtask bench`: the tables 2 and 3 of Blanchette & Agu 2013, measured here on every executor.
+//! `cargo xtask bench`: the tables 2 and 3 of Blanchette & Agu 2013, and moving frames, measured here on every executor.
 //!
 //! What is compared is measured in turns, in one run, on one device: shared machines slow down and speed up, ratios stay.
 
 mod coverage;
 mod frames;
+mod moving;
 mod objects;
 mod report;
 
@@ -20,7 +21,7 @@ use crate::driver::{self, Drivers};
 use crate::paths;
 use report::{ExecutorTables, Report};
 
-/// Measure milliseconds per frame: five objects by three methods, and cost against the share of the light's view.
+/// Measure milliseconds per frame: five objects by three methods, cost against the share of the light's view, 300 moving frames.
 #[derive(clap::Args)]
 pub(crate) struct Args {
     /// An executor: cpu, wgpu or vulkan; all of them by default. May be repeated.
@@ -101,7 +102,8 @@ fn tables(mut turns: Turns, objects: &[objects::Subject], args: &Args) -> Result
     eprintln!("{}: {}, {}", device.executor, device.device, device.driver);
     let objects = objects::measure(&mut turns, objects, args)?;
     let coverage = coverage::measure(&mut turns, args)?;
-    Ok(ExecutorTables { device, objects, coverage })
+    let moving = moving::measure(&mut turns)?;
+    Ok(ExecutorTables { device, objects, coverage, moving })
 }
 
 fn candidates(ids: &[String]) -> Result<Vec<&'static Candidate>> {

@@ -12,6 +12,7 @@ use spectral_cli::values::Size;
 use super::COLUMNS;
 use super::coverage::CoverageRow;
 use super::frames::Frames;
+use super::moving::{self, MovingRow};
 use super::objects::ObjectRow;
 
 /// Everything that one run measured.
@@ -36,6 +37,8 @@ pub(super) struct ExecutorTables {
     pub(super) objects: Vec<ObjectRow>,
     /// Table 3.
     pub(super) coverage: Vec<CoverageRow>,
+    /// Real time.
+    pub(super) moving: Vec<MovingRow>,
 }
 
 fn as_pair<S: serde::Serializer>(size: &Size, serializer: S) -> Result<S::Ok, S::Error> {
@@ -68,6 +71,7 @@ impl Report {
                 objects(&tables.objects),
                 passes(&tables.objects),
                 coverage(&tables.coverage),
+                moving_frames(&tables.moving),
             ];
             text += &sections.join("\n");
         }
@@ -105,6 +109,43 @@ fn objects(rows: &[ObjectRow]) -> String {
             format!("{} (`{}`)", row.object, row.scene)
         };
         line(&mut text, format_args!("| {name} | {} | {times} | {ratios} | {photons} |", row.faces));
+    }
+    text
+}
+
+/// Flicker is of second differences from frame to frame, mean and largest, see `asm_core::Flicker`.
+fn moving_frames(rows: &[MovingRow]) -> String {
+    let mut text = format!(
+        "| {} moving frames of `{}`, {} x {} pixels, {} x {} texels of the light's view | ms | of these the plan, ms | made in \
+         frames 3 to {} | flicker of total Y | flicker of texel Y |\n|---|---|---|---|---|---|\n",
+        moving::FRAMES,
+        moving::SCENE,
+        moving::PICTURE[0],
+        moving::PICTURE[1],
+        moving::EMISSION_SIZE,
+        moving::EMISSION_SIZE,
+        moving::FRAMES
+    );
+    for MovingRow { method, run } in rows {
+        let (made, before) = (run.made, run.made_by_second);
+        let anew = [
+            (made.pipelines - before.pipelines, "pipelines"),
+            (made.buffers - before.buffers, "buffers"),
+            (made.textures - before.textures, "textures"),
+            (made.bindings - before.bindings, "bindings"),
+        ];
+        let anew = anew.map(|(count, what)| format!("{count} {what}")).join(", ");
+        let flicker = |f: asm_core::Flicker| format!("{:.1e}, {:.1e}", f.mean, f.max);
+        line(
+            &mut text,
+            format_args!(
+                "| {method} | {} | {} | {anew} | {} | {} |",
+                digits(run.milliseconds),
+                digits(run.plan_milliseconds),
+                flicker(run.total_y),
+                flicker(run.texel_y)
+            ),
+        );
     }
     text
 }
