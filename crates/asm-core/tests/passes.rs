@@ -108,7 +108,7 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             &DEFERRED_REFRACTION,
             layout!(DeferredRefraction as "DeferredRefraction" {
                 size, samples, camera_view, wavelengths, materials, exit_iterations, background_iterations, exit_reach,
-                bounces, rule, reserved0,
+                bounces, rule, mirrors, mirror_reach, eye_object, eye_material, reserved0,
             }),
         ),
         (
