@@ -151,31 +151,6 @@ fn step_times_cover_the_steps() {
     }
 }
 
-/// Software devices put timestamps off after a draw: the time of a step must not go to its neighbour.
-#[test]
-fn times_belong_to_their_steps() {
-    let Some(mut gpu) = executor(PASSES) else { return };
-    if timed(&gpu) == Timed::Nothing {
-        return;
-    }
-    // A step of 65,535 workgroups between steps of one.
-    let mut plan = visibility_plan(SIZE, &fan(), 1);
-    let state = plan.add_resource(Resource::buffer("state", 16 << 20).with_lifetime(Lifetime::Persistent));
-    for (label, groups) in [("light", 1), ("heavy", 65_535), ("light", 1)] {
-        let mut pass = pass("increment", None, &[state.into()]);
-        pass.label = label.into();
-        plan.steps.push(Step::Dispatch { pass, groups: [groups, 1, 1] });
-    }
-    gpu.prepare(&plan).unwrap();
-    for _ in 0..3 {
-        gpu.execute().unwrap();
-        read(&mut gpu, &plan, "ids");
-        let times = gpu.step_times();
-        let longest = times.iter().max_by(|a, b| a.milliseconds.total_cmp(&b.milliseconds)).unwrap();
-        assert_eq!(longest.name, "increment (heavy)", "{times:?}");
-    }
-}
-
 #[test]
 fn a_hundred_frames_make_nothing() {
     for plan in [indirect_plan(), mips_plan(), visibility_plan(SIZE, &fan(), 3)] {
