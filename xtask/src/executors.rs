@@ -51,6 +51,27 @@ pub const ON_SECOND_DRIVER: &[Candidate] = &[
     Candidate { name: "vulkan, second driver", ..VULKAN },
 ];
 
+/// A name that no executor has.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("--executor {id}: no such executor; there are {}", EXECUTORS.iter().map(|c| c.id).collect::<Vec<_>>().join(", "))]
+pub struct UnknownExecutor {
+    /// What was asked for.
+    pub id: String,
+}
+
+/// Those of these names, or all of them if none is given.
+///
+/// # Errors
+/// Names the first that there is not.
+pub fn named(ids: &[String]) -> Result<Vec<&'static Candidate>, UnknownExecutor> {
+    if ids.is_empty() {
+        return Ok(EXECUTORS.iter().collect());
+    }
+    let find =
+        |id: &String| EXECUTORS.iter().find(|c| c.id == id).ok_or_else(|| UnknownExecutor { id: id.clone() });
+    ids.iter().map(find).collect()
+}
+
 /// One frame of a bake that is prepared anew.
 ///
 /// # Errors

@@ -2,9 +2,16 @@
 //! are held against each other.
 
 pub mod checks;
+pub mod executor_entry;
 pub mod executors;
 pub mod flip;
+pub mod frame_time;
+pub mod html;
 pub mod layers;
 pub mod metrics;
+pub mod oracle_picture;
+pub mod picture_distance;
 pub mod sabotage;
 pub mod subject;
+pub mod terminal_percent;
+pub mod whole_file;

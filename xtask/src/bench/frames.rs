@@ -1,20 +1,12 @@
 //! Milliseconds of frames.
 
-use std::time::{Duration, Instant};
-
-use anyhow::{Context, Result};
-use asm_core::{RenderPlan, Settings, Statistics, render_plan};
-use frame_plan::{ExecuteError, Executor, ResourceId};
+use anyhow::Result;
+use asm_core::{Settings, Statistics, render_plan};
 use serde::Serialize;
 use spectral_scene::Scene;
+use xtask::frame_time::{WarmFrames, median, range};
 
 use super::{Args, COLUMNS, Turns};
-
-/// A batch is at least so long, so that waiting for its end and reading a few bytes does not count.
-const BATCH: Duration = Duration::from_millis(300);
-
-/// Most frames of a batch.
-const MOST_FRAMES: u32 = 256;
 
 /// How long a column's frames of one scene took.
 #[derive(Serialize)]
@@ -53,18 +45,14 @@ pub(super) fn measure(
     for (executor, column) in turns.iter_mut().zip(COLUMNS) {
         let plan = render_plan(scene, 0, size, &adjust(column.settings()), &executor.limits())?;
         executor.prepare(&plan.plan)?;
-        // The first frames of a device load shaders and touch memory.
-        let wait = smallest_readable(&plan).context("a picture's plan can be read")?;
-        batch(executor.as_mut(), wait, 2)?;
+        WarmFrames::warm_up(&plan.plan, executor.as_mut(), 2)?;
         let (_, statistics) = plan.read(executor.as_mut())?;
-        let once = batch(executor.as_mut(), wait, 1)?;
-        let frames =
-            (BATCH.as_secs_f64() / once.as_secs_f64().max(1e-6)).ceil().clamp(1.0, f64::from(MOST_FRAMES));
-        measured.push((wait, frames as u32, statistics, Vec::new()));
+        let warm = WarmFrames::of(&plan.plan, executor.as_mut())?;
+        measured.push((warm, statistics, Vec::new()));
     }
     for _ in 0..args.rounds {
-        for (executor, (wait, frames, _, rounds)) in turns.iter_mut().zip(&mut measured) {
-            let ms = 1e3 * batch(executor.as_mut(), *wait, *frames)?.as_secs_f64() / f64::from(*frames);
+        for (executor, (warm, _, rounds)) in turns.iter_mut().zip(&mut measured) {
+            let ms = warm.round_ms(executor.as_mut())?;
             let times = executor.step_times();
             rounds.push(Round {
                 ms,
@@ -72,13 +60,13 @@ pub(super) fn measure(
             });
         }
     }
-    let first: Vec<f64> = measured[0].3.iter().map(|round: &Round| round.ms).collect();
-    let frames = |(column, (_, _, statistics, rounds)): (&super::Column, &(_, _, Statistics, Vec<Round>))| {
+    let first: Vec<f64> = measured[0].2.iter().map(|round: &Round| round.ms).collect();
+    let frames = |(column, (_, statistics, rounds)): (&super::Column, &(_, Statistics, Vec<Round>))| {
         let ms: Vec<f64> = rounds.iter().map(|round| round.ms).collect();
         Frames {
             column: column.name,
             ms: median(ms.clone()),
-            range_ms: [ms.iter().copied().fold(f64::MAX, f64::min), ms.iter().copied().fold(0.0, f64::max)],
+            range_ms: range(&ms),
             ratio: median(ms.iter().zip(&first).map(|(own, first)| own / first).collect()),
             photons: statistics.photons,
             share: share(statistics, column.settings().emission_size),
@@ -93,22 +81,6 @@ struct Round {
     ms: f64,
     /// Name and milliseconds of each step of its last frame.
     steps: Vec<(String, f64)>,
-}
-
-/// Time of so many frames, to the end of the last.
-fn batch(executor: &mut dyn Executor, wait: ResourceId, frames: u32) -> Result<Duration, ExecuteError> {
-    let start = Instant::now();
-    for _ in 0..frames {
-        executor.execute()?;
-    }
-    executor.read(wait)?;
-    Ok(start.elapsed())
-}
-
-/// What is quickest to wait for.
-fn smallest_readable(plan: &RenderPlan) -> Option<ResourceId> {
-    let resources = plan.plan.resources.iter().enumerate().filter(|(_, r)| r.readable);
-    resources.min_by_key(|(_, r)| r.kind.bytes()).map(|(i, _)| ResourceId(i as u32))
 }
 
 /// Photons that met glass, by texels of the light's view, mean over lights and wavelengths.
@@ -142,26 +114,9 @@ fn pass(step: &str) -> &str {
     ["clear", "copy"].into_iter().find(|kind| pass.starts_with(kind)).unwrap_or(pass)
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    let middle = values.len() / 2;
-    match values.len() {
-        0 => 0.0,
-        n if n % 2 == 1 => values[middle],
-        _ => 0.5 * (values[middle - 1] + values[middle]),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn medians_stand_in_the_middle() {
-        assert_eq!(median(vec![3.0, 1.0, 2.0]), 2.0);
-        assert_eq!(median(vec![4.0, 1.0, 2.0, 3.0]), 2.5);
-        assert_eq!(median(Vec::new()), 0.0);
-    }
 
     #[test]
     fn steps_of_a_pass_are_one() {

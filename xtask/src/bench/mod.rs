@@ -15,7 +15,7 @@ use anyhow::{Context, Result, bail};
 use asm_core::{Method, Settings};
 use frame_plan::{ExecuteError, Executor};
 use spectral_cli::values::Size;
-use xtask::executors::{Candidate, EXECUTORS};
+use xtask::executors::{self, Candidate};
 
 use crate::driver::{self, Drivers};
 use crate::paths;
@@ -71,7 +71,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         return driver::restart(Drivers::One);
     };
     let objects = objects::named(&args.objects)?;
-    let candidates = candidates(&args.executors)?;
+    let candidates = executors::named(&args.executors)?;
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot create {}", args.out.display()))?;
     let mut report =
         Report { size: args.size, rounds: args.rounds, executors: Vec::new(), skipped: Vec::new() };
@@ -104,16 +104,4 @@ fn tables(mut turns: Turns, objects: &[objects::Subject], args: &Args) -> Result
     let coverage = coverage::measure(&mut turns, args)?;
     let moving = moving::measure(&mut turns)?;
     Ok(ExecutorTables { device, objects, coverage, moving })
-}
-
-fn candidates(ids: &[String]) -> Result<Vec<&'static Candidate>> {
-    if ids.is_empty() {
-        return Ok(EXECUTORS.iter().collect());
-    }
-    let known = || EXECUTORS.iter().map(|c| c.id).collect::<Vec<_>>().join(", ");
-    let find = |id: &String| {
-        let found = EXECUTORS.iter().find(|c| c.id == id);
-        found.with_context(|| format!("--executor {id}: no such executor; there are {}", known()))
-    };
-    ids.iter().map(find).collect()
 }

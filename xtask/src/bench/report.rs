@@ -3,11 +3,11 @@
 use std::fmt::Write;
 use std::path::Path;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use frame_plan::DeviceInfo;
 use serde::Serialize;
-use spectral_cli::output::atomic_file::AtomicFile;
 use spectral_cli::values::Size;
+use xtask::whole_file;
 
 use super::COLUMNS;
 use super::coverage::CoverageRow;
@@ -51,10 +51,7 @@ impl Report {
         let json = serde_json::to_string_pretty(self)?;
         let markdown = self.markdown();
         for (name, text) in [("bench.json", &json), ("bench.md", &markdown)] {
-            let path = folder.join(name);
-            AtomicFile::new(&path)
-                .and_then(|file| file.write(|content| content.write_all(text.as_bytes())))
-                .with_context(|| format!("cannot write {}", path.display()))?;
+            whole_file::write(&folder.join(name), text.as_bytes())?;
         }
         Ok(markdown)
     }

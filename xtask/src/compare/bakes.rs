@@ -1,10 +1,8 @@
 //! One scene: the oracle's bake, every executor's with every method, and what is asserted about them.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
-use std::io::{IsTerminal, Write};
 use std::rc::Rc;
 use std::sync::OnceLock;
-use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::Instant;
 
 use asm_core::{BakePlan, Settings};
@@ -17,6 +15,7 @@ use xtask::layers::{Layer, size, total};
 use xtask::metrics::{Map, exposure};
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
+use xtask::terminal_percent::percent_on_terminal;
 
 use super::report::{Check, Control, PictureRow, Report, SceneEntry, difference, shown};
 use super::{Contender, Effort, MethodName, controls, pictures, taking};
@@ -424,17 +423,4 @@ fn difference_scale(a: &Map<'_>, b: &Map<'_>) -> f64 {
     let squares = a.xyz.iter().zip(b.xyz).map(|(a, b)| f64::from(a[1] - b[1]).powi(2));
     let rms = (squares.sum::<f64>() / a.xyz.len() as f64).sqrt();
     if rms > 0.0 { 4.0 * rms } else { 1.0 }
-}
-
-/// A callback that rewrites one line of a terminal; a pipe gets none.
-pub(super) fn percent_on_terminal(what: &'static str) -> impl Fn(f64) + Sync {
-    let last = AtomicU32::new(u32::MAX);
-    let terminal = std::io::stderr().is_terminal();
-    move |share| {
-        let percent = (share * 100.0) as u32;
-        if terminal && last.swap(percent, Ordering::Relaxed) != percent {
-            let end = if percent >= 100 { "\r            \r" } else { "" };
-            let _ = write!(std::io::stderr(), "\r  {what} {percent:3} %{end}");
-        }
-    }
 }

@@ -12,14 +12,15 @@ use std::time::Instant;
 use anyhow::{Context, Result, bail};
 use asm_core::Method;
 use clap::ValueEnum;
-use frame_plan::{DeviceInfo, ExecuteError, Executor};
+use frame_plan::{DeviceInfo, Executor};
+use xtask::executor_entry::{ExecutorEntry, Status};
 use xtask::executors::{Candidate, EXECUTORS, ON_SECOND_DRIVER, Opened};
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
 use crate::driver::{self, Drivers, second};
 use crate::{paths, test};
-use report::{ExecutorEntry, Report, Status};
+use report::Report;
 
 /// Compare all executors with each other and with the oracle; writes report.html and report.json.
 #[derive(clap::Args)]
@@ -102,35 +103,7 @@ struct Contender {
 impl Contender {
     /// With what became of opening its executor; `missing` says why there may be no device, or is empty.
     fn new(candidate: &Candidate, on_second_driver: bool, opened: Opened, missing: &str) -> Self {
-        let mut entry = ExecutorEntry {
-            id: candidate.id,
-            name: candidate.name,
-            status: Status::Ran,
-            device: String::new(),
-            driver: String::new(),
-            device_type: None,
-            subpixel_bits: None,
-            reason: None,
-        };
-        let mut info = DeviceInfo::default();
-        let executor = match opened {
-            Ok(executor) => {
-                info.clone_from(executor.info());
-                entry.device.clone_from(&info.device);
-                entry.driver.clone_from(&info.driver);
-                entry.device_type = Some(info.device_type);
-                entry.subpixel_bits = info.subpixel_bits;
-                Some(executor)
-            }
-            Err(error) => {
-                let no_device = matches!(error, ExecuteError::NoDevice { .. });
-                entry.status = if no_device { Status::Skipped } else { Status::Failed };
-                let hint = if missing.is_empty() { String::new() } else { format!("; {missing}") };
-                entry.reason = Some(format!("{error}{hint}"));
-                None
-            }
-        };
-        eprintln!("{}: {}", entry.name, entry.reason.as_deref().unwrap_or(&entry.device));
+        let (entry, info, executor) = ExecutorEntry::of(candidate, opened, missing);
         Self { entry, on_second_driver, info, executor }
     }
 
@@ -184,8 +157,7 @@ fn finish(report: &Report, args: &Args) -> Result<ExitCode> {
     let skips_fail = test::runs_in_ci();
     let page = report.write(&args.out, skips_fail)?;
     for executor in &report.executors {
-        let what = executor.reason.as_deref().unwrap_or(&executor.device);
-        println!("{}: {}, {what}", executor.name, executor.status.word());
+        println!("{}", executor.line());
     }
     if let Some(reason) = &report.no_second_driver {
         println!("no second driver: {reason}");

@@ -6,14 +6,15 @@ use std::time::Instant;
 use asm_core::Settings;
 use frame_plan::DeviceInfo;
 use serde_json::{Value, json};
-use spectral_core::display::{Display, ToneMap, srgb_from_linear};
 use spectral_reference::RenderSettings;
 use xtask::checks::{Snapping, is_within_noise};
 use xtask::executors;
-use xtask::flip::{PIXELS_PER_DEGREE, Picture, flip};
 use xtask::metrics::{Map, exposure};
+use xtask::oracle_picture::OraclePicture;
+use xtask::picture_distance::{flip_map, mean_flip};
+use xtask::terminal_percent::percent_on_terminal;
 
-use super::bakes::{Comparison, ORACLE, common_limits, contents, percent_on_terminal};
+use super::bakes::{Comparison, ORACLE, common_limits, contents};
 use super::report::{Check, PictureRow, Png, shown};
 use super::{Contender, MethodName, taking};
 
@@ -72,21 +73,16 @@ impl Comparison<'_> {
 
     /// Two halves of the effort, with a seed of its own each.
     fn render_oracle(&mut self) -> Option<Oracle> {
-        let half = |seed| RenderSettings {
+        let settings = RenderSettings {
             size: self.effort.picture_size,
-            samples_per_pixel: self.effort.oracle_samples.div_ceil(2),
-            photons: self.picture_photons.div_ceil(2),
-            seed,
+            samples_per_pixel: self.effort.oracle_samples,
+            photons: self.picture_photons,
             ..RenderSettings::default()
         };
         let start = Instant::now();
-        let render =
-            |seed| spectral_reference::render(&self.subject.scene, &half(seed), &percent_on_terminal(ORACLE));
-        match render(0).and_then(|first| Ok((first.xyz, render(1)?.xyz))) {
-            Ok((half, other)) => {
+        match OraclePicture::render(&self.subject.scene, &settings, &percent_on_terminal(ORACLE)) {
+            Ok(OraclePicture { xyz, half }) => {
                 self.note(format!("{ORACLE}, picture: {:.1} s", start.elapsed().as_secs_f64()));
-                let mean = |(a, b): (&[f32; 3], &[f32; 3])| std::array::from_fn(|c| 0.5 * (a[c] + b[c]));
-                let xyz = half.iter().zip(&other).map(mean).collect();
                 Some(Oracle { made: Made { id: ORACLE, device: None, xyz }, half })
             }
             Err(error) => {
@@ -205,8 +201,7 @@ impl Comparison<'_> {
                 return (Value::Null, vec![format!("nothing to compare, {name}: {error}")]);
             }
         }
-        let map = flip_map(&a, &self.map(b), exposure);
-        let mean = mean(&map);
+        let mean = mean_flip(&a, &self.map(b), exposure);
         let over = bound.filter(|&bound| mean.is_nan() || mean > bound);
         let problems = over.map(|bound| format!("mean FLIP is {mean:.3e}, at most {bound:.1e} is accepted"));
         (json!({ "flip_mean": mean, "exposure": exposure }), problems.into_iter().collect())
@@ -234,27 +229,10 @@ impl Comparison<'_> {
     fn flip_of(&self, xyz: &[[f32; 3]], reference: &Made) -> f64 {
         let reference = self.map(reference);
         let exposure = exposure(&reference).unwrap_or(1.0);
-        mean(&flip_map(&Map { xyz, ..reference }, &reference, exposure))
+        mean_flip(&Map { xyz, ..reference }, &reference, exposure)
     }
 
     fn map<'a>(&self, made: &'a Made) -> Map<'a> {
         Map { size: self.effort.picture_size.map(|n| n as usize), xyz: &made.xyz }
     }
-}
-
-/// FLIP per pixel of two maps of one size.
-fn flip_map(a: &Map<'_>, b: &Map<'_>, exposure: f64) -> Vec<f64> {
-    let [srgb_a, srgb_b] = [a, b].map(|map| encoded(map, exposure));
-    let [a, b] = [&srgb_a, &srgb_b].map(|srgb| Picture { size: a.size, srgb });
-    flip(&a, &b, PIXELS_PER_DEGREE)
-}
-
-fn mean(values: &[f64]) -> f64 {
-    values.iter().sum::<f64>() / values.len() as f64
-}
-
-/// Display sRGB at an exposure: everything above white cut, one gamut map.
-fn encoded(map: &Map<'_>, exposure: f64) -> Vec<[f64; 3]> {
-    let display = Display { exposure, tone_map: ToneMap::Clip };
-    map.xyz.iter().map(|xyz| display.linear_srgb_from_xyz(xyz.map(f64::from)).map(srgb_from_linear)).collect()
 }

@@ -1,22 +1,9 @@
 //! The report as one page that needs nothing beside itself.
 
-use std::fmt::Write;
-
-use serde_json::Value;
+use xtask::executor_entry::ExecutorEntry;
+use xtask::html::{escaped, number, page_start, push};
 
 use super::{Check, Report, SceneEntry};
-
-const STYLE: &str = "
-:root { color-scheme: light dark; --line: #8884; --bad: #c62828; --good: #2e7d32; }
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; padding: 0 1.5rem; max-width: 110rem; }
-h1 { margin-bottom: 0; } h2 { margin-top: 2.5rem; border-top: 1px solid var(--line); padding-top: 1rem; }
-table { border-collapse: collapse; margin: 1rem 0; font-variant-numeric: tabular-nums; }
-th, td { padding: .2rem .8rem .2rem 0; text-align: left; border-bottom: 1px solid var(--line); vertical-align: top; }
-td.number, th.number { text-align: right; } .ok { color: var(--good); } .bad { color: var(--bad); font-weight: 600; }
-.row { display: flex; flex-wrap: wrap; gap: 1rem; } figure { margin: 0; } figcaption { font-size: 13px; }
-img { display: block; width: 256px; image-rendering: pixelated; background: #000; }
-img.wide { width: 320px; image-rendering: auto; } .note { opacity: .75; margin: .2rem 0; }
-";
 
 /// The metrics of `docs/src/comparing.md`, for readers who have only the page.
 const LEGEND: &str = "Irradiance on each scene's receiver, in its UV space, per layer. \
@@ -32,15 +19,8 @@ In difference maps red is more than b, blue less.";
 /// The whole page.
 pub(super) fn page(report: &Report, skips_fail: bool) -> String {
     let failures = report.failures(skips_fail);
-    let mut out = String::new();
+    let mut out = page_start("compare");
     let html = &mut out;
-    push(
-        html,
-        format_args!(
-            "<!doctype html><html lang=\"en\"><meta charset=\"utf-8\"><title>compare</title><style>{STYLE}</style>"
-        ),
-    );
-    push(html, format_args!("<h1>cargo xtask compare</h1>"));
     let held = report.checks.iter().filter(|c| c.ok).count();
     let failed = report.controls.iter().filter(|c| c.failed).count();
     push(
@@ -72,25 +52,7 @@ pub(super) fn page(report: &Report, skips_fail: bool) -> String {
 }
 
 fn executors(html: &mut String, report: &Report) {
-    push(
-        html,
-        format_args!("<table><tr><th>executor<th>status<th>device<th>driver<th>vertices snap to<th>reason"),
-    );
-    for executor in &report.executors {
-        push(
-            html,
-            format_args!(
-                "<tr><td>{}<td>{}<td>{}<td>{}<td>{}<td>{}",
-                executor.name,
-                executor.status.word(),
-                escaped(&executor.device),
-                escaped(&executor.driver),
-                executor.subpixel_bits.map_or("–".into(), |bits| format!("2^-{bits} texel")),
-                escaped(executor.reason.as_deref().unwrap_or_default()),
-            ),
-        );
-    }
-    push(html, format_args!("</table>"));
+    ExecutorEntry::table(html, &report.executors);
     if let Some(reason) = &report.no_second_driver {
         push(html, format_args!("<p class=\"note\">No second driver: {}</p>", escaped(reason)));
     }
@@ -134,14 +96,13 @@ fn check(html: &mut String, check: &Check) {
         format_args!("<tr><td>{}<td>{}<td>{}<td>{}", escaped(&check.method), check.layer, check.a, check.b),
     );
     for name in ["delta_e_mean", "delta_e_p95", "rms", "rms_64", "total_y", "flip_mean"] {
-        push(html, format_args!("<td class=\"number\">{}", number(&check.metrics[name])));
+        push(html, format_args!("<td class=\"number\">{}", number(check.metrics[name].as_f64())));
         if !check.metrics[name].is_null() && !check.bound[name].is_null() {
             let sign = if name == "total_y" { "1 ± " } else { "≤ " };
-            push(html, format_args!(" [{sign}{}]", number(&check.bound[name])));
+            push(html, format_args!(" [{sign}{}]", number(check.bound[name].as_f64())));
         }
     }
-    let noise = Value::from(check.oracle_standard_error);
-    push(html, format_args!("<td class=\"number\">{}", number(&noise)));
+    push(html, format_args!("<td class=\"number\">{}", number(check.oracle_standard_error)));
     let (class, mut word) = match (check.ok, check.bound.is_null()) {
         (false, _) => ("bad", check.problems.join("; ")),
         (true, true) => ("", "shown".into()),
@@ -166,40 +127,4 @@ fn controls(html: &mut String, report: &Report) {
         push(html, format_args!("<li class=\"{class}\">{}: {word}</li>", escaped(&control.name)));
     }
     push(html, format_args!("</ul></details></html>"));
-}
-
-fn number(value: &Value) -> String {
-    match value.as_f64() {
-        None => "–".into(),
-        Some(0.0) => "0".into(),
-        Some(v) if v.abs() < 1e-3 => format!("{v:.1e}"),
-        Some(v) => format!("{v:.4}"),
-    }
-}
-
-/// Text as HTML.
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
-}
-
-fn push(html: &mut String, text: std::fmt::Arguments<'_>) {
-    html.write_fmt(text).expect("a String takes all text");
-    html.push('\n');
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn text_cannot_become_markup() {
-        assert_eq!(escaped("<b a=\"1\"> & c"), "&lt;b a=&quot;1&quot;&gt; &amp; c");
-    }
-
-    #[test]
-    fn numbers_keep_their_digits() {
-        let shown = [0.0, 1.25e-5, 0.5, 1.00002].map(|v| number(&Value::from(v)));
-        assert_eq!(shown, ["0", "1.3e-5", "0.5000", "1.0000"]);
-        assert_eq!(number(&Value::Null), "–");
-    }
 }

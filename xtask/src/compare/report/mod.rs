@@ -5,13 +5,12 @@ mod picture;
 
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result};
-use frame_plan::DeviceType;
+use anyhow::Result;
 use serde::Serialize;
 use serde_json::Value;
-use spectral_cli::output::atomic_file::AtomicFile;
-
+use xtask::executor_entry::{ExecutorEntry, Status};
 use xtask::sabotage::Sabotage;
+use xtask::whole_file;
 
 pub(crate) use picture::{Png, difference, shown};
 
@@ -36,39 +35,6 @@ pub(crate) struct Report {
     pub(crate) scenes: Vec<SceneEntry>,
     /// How long all of it took, seconds.
     pub(crate) seconds: f64,
-}
-
-/// Whether an executor did its part.
-#[derive(Serialize, Clone, Copy, PartialEq, Eq, Debug)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Status {
-    /// On every plan it was given.
-    Ran,
-    /// The machine lacks what it needs.
-    Skipped,
-    /// It broke.
-    Failed,
-}
-
-/// An executor and what became of it.
-#[derive(Serialize)]
-pub(crate) struct ExecutorEntry {
-    /// `cpu`, `wgpu` or `vulkan`.
-    pub(crate) id: &'static str,
-    /// What checks call it.
-    pub(crate) name: &'static str,
-    /// Whether it ran.
-    pub(crate) status: Status,
-    /// Device name, if there is a device.
-    pub(crate) device: String,
-    /// Driver name and version, if there is one.
-    pub(crate) driver: String,
-    /// What it computes on, if there is a device.
-    pub(crate) device_type: Option<DeviceType>,
-    /// It snaps vertices to 2^-this of a texel, which sets the bounds of parity; null where it does not say.
-    pub(crate) subpixel_bits: Option<u32>,
-    /// Why it was skipped or failed.
-    pub(crate) reason: Option<String>,
 }
 
 /// A comparison with one input spoiled.
@@ -159,29 +125,11 @@ impl Report {
     /// # Errors
     /// If the folder cannot be written; nothing half-written stays.
     pub(crate) fn write(&self, folder: &Path, skips_fail: bool) -> Result<PathBuf> {
-        write_whole(&folder.join("report.json"), serde_json::to_string_pretty(self)?.as_bytes())?;
+        whole_file::write(&folder.join("report.json"), serde_json::to_string_pretty(self)?.as_bytes())?;
         let page = folder.join("report.html");
-        write_whole(&page, html::page(self, skips_fail).as_bytes())?;
+        whole_file::write(&page, html::page(self, skips_fail).as_bytes())?;
         Ok(page)
     }
-}
-
-impl Status {
-    /// As in the JSON.
-    pub(crate) const fn word(self) -> &'static str {
-        match self {
-            Self::Ran => "ran",
-            Self::Skipped => "skipped",
-            Self::Failed => "failed",
-        }
-    }
-}
-
-/// Readers see the old file or the new one.
-fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
-    AtomicFile::new(path)
-        .and_then(|file| file.write(|content| content.write_all(bytes)))
-        .with_context(|| format!("cannot write {}", path.display()))
 }
 
 #[cfg(test)]
