@@ -37,6 +37,20 @@ impl WarmFrames {
         Ok(Self { wait, frames: frames as u32 })
     }
 
+    /// A batch of so many frames. `plan` is prepared and warm.
+    ///
+    /// # Errors
+    /// [`ExecuteError::Usage`] if nothing of the plan can be read, so that it has no end to wait for.
+    pub fn with_batch(plan: &Plan, frames: u32) -> Result<Self, ExecuteError> {
+        Ok(Self { wait: smallest_readable(plan)?, frames })
+    }
+
+    /// Frames of a batch.
+    #[must_use]
+    pub fn batch(&self) -> u32 {
+        self.frames
+    }
+
     /// Milliseconds per frame of one batch, to the end of its last.
     ///
     /// # Errors

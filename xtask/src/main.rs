@@ -1,4 +1,4 @@
-//! The project's own commands: `cargo xtask compare`, `test`, `driver` and `gallery`, one file or folder each.
+//! The project's own commands: `cargo xtask compare`, `ladder`, `bench`, `test`, `driver` and `gallery`, one file or folder each.
 
 mod apt;
 mod bench;
@@ -7,6 +7,7 @@ mod display;
 mod driver;
 mod gallery;
 mod gltf_validator;
+mod ladder;
 mod paths;
 mod test;
 mod tool;
@@ -31,6 +32,7 @@ enum Command {
     Compare(compare::Args),
     Driver(driver::Args),
     Gallery(gallery::Args),
+    Ladder(ladder::Args),
     Test(test::Args),
 }
 
@@ -40,6 +42,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => compare::run(&args),
         Command::Driver(args) => driver::run(&args),
         Command::Gallery(args) => gallery::run(&args),
+        Command::Ladder(args) => ladder::run(&args),
         Command::Test(args) => test::run(&args),
     };
     result.unwrap_or_else(|error| {

@@ -35,6 +35,8 @@ pub struct Metrics {
     pub delta_e_mean: Option<f64>,
     /// 95th percentile of CIEDE2000.
     pub delta_e_p95: Option<f64>,
+    /// RMS of CIEDE2000: squares of independent errors add up, means do not.
+    pub delta_e_rms: Option<f64>,
     /// RMS of the difference of Y over RMS of the reference's Y.
     pub rms: f64,
     /// The same after binning to 64 x 64.
@@ -179,6 +181,7 @@ pub fn compare(map: &Map<'_>, reference: &Map<'_>, white_xyz: [f64; 3]) -> Resul
     Ok(Metrics {
         delta_e_mean: (!delta_e.is_empty()).then(|| mean(&delta_e)),
         delta_e_p95: (!delta_e.is_empty()).then(|| quantile(&delta_e, 0.95)),
+        delta_e_rms: (!delta_e.is_empty()).then(|| root_mean_square(&delta_e)),
         rms: relative_rms(&map.luminance(), &reference.luminance()),
         rms_64: relative_rms(&map.binned_luminance(), &reference.binned_luminance()),
         total_y: map.total_y() / reference_y,
@@ -214,6 +217,10 @@ fn relative_rms(values: &[f64], reference: &[f64]) -> f64 {
 
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
+}
+
+fn root_mean_square(values: &[f64]) -> f64 {
+    (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt()
 }
 
 /// Quantile of ascending values, at least one, interpolated linearly.

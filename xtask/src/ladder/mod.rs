@@ -1,0 +1,253 @@
+//! `cargo xtask ladder`: the price list of accuracy against time.
+//!
+//! Every rung ([`rungs`]) of every scene on every executor, its distance from the oracle ([`truth`]) and the time of its frames
+//! ([`measure`]), in one run; which of them nothing beats ([`front`]), and what halving the error costs.
+
+mod control;
+mod front;
+mod kept;
+mod measure;
+mod net;
+mod page;
+mod plot;
+mod report;
+mod rungs;
+mod truth;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context, Result, bail};
+use spectral_reference::Effort as Photons;
+use xtask::executor_entry::ExecutorEntry;
+use xtask::executors::{self, Candidate};
+use xtask::sabotage::Sabotage;
+use xtask::subject::Subject;
+
+use crate::driver::{self, Drivers};
+use crate::{paths, test};
+use control::Control;
+use front::{Price, front};
+use kept::Kept;
+use measure::{Climber, Course, Outcome, Row};
+use net::Net;
+use report::{Ladder, SceneEntry};
+use rungs::Rung;
+
+/// Measure what accuracy costs in time: every rung's distance from the oracle and milliseconds per frame; writes ladder.html,
+/// ladder.json, ladder.csv and ladder.svg.
+#[derive(clap::Args)]
+pub(crate) struct Args {
+    /// A bundled scene, `bunny-glass` or a glTF file; all of them by default. May be repeated, or take several.
+    #[arg(long = "scene", value_name = "SCENE", num_args = 1..)]
+    scenes: Vec<String>,
+    /// An executor: cpu, wgpu or vulkan; all of them by default. May be repeated, or take several.
+    #[arg(long = "executor", value_name = "ID", num_args = 1..)]
+    executors: Vec<String>,
+    /// Fewer and smaller rungs, maps of 128 x 128, less oracle, and three scenes unless others are named.
+    #[arg(long)]
+    quick: bool,
+    /// Photons of the oracle per scene.
+    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u64).range(1..), conflicts_with = "noise")]
+    photons: Option<u64>,
+    /// Photons of the oracle until its standard error of Y at 64 x 64 is this share, such as 0.002.
+    #[arg(long, value_name = "X", value_parser = noise)]
+    noise: Option<f64>,
+    /// How often each frame time is taken; the median counts.
+    #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    rounds: u32,
+    /// Spoil every plan of the last executor: the ladder must notice and end with status 1.
+    #[arg(long)]
+    sabotage: Option<Sabotage>,
+    /// Where the price list goes. The oracle's results are kept in target/ladder/oracle.
+    #[arg(long, value_name = "DIR", default_value_os_t = paths::target().join("ladder"))]
+    out: PathBuf,
+}
+
+fn noise(text: &str) -> Result<f64, String> {
+    let share = text.parse().ok().filter(|share| *share > 0.0 && *share < 1.0);
+    share.ok_or_else(|| "a share above 0 and below 1 is expected, such as 0.002".to_owned())
+}
+
+/// Scenes of a quick run: one each with flat faces, smooth normals and total reflection.
+const QUICK_SCENES: [&str; 3] = ["prism", "sphere", "gem"];
+
+/// What a run costs.
+struct Effort {
+    /// Texels across and down a receiver.
+    receiver_size: [u32; 2],
+    /// Pixels across and down a camera picture.
+    picture_size: [u32; 2],
+    /// The oracle's, for both halves of a bake.
+    oracle: Photons,
+    /// Eye paths of the oracle's picture, per pixel and lamp, both halves.
+    oracle_samples: u32,
+    /// Photons of the oracle's picture, both halves.
+    oracle_picture_photons: u64,
+    /// Of each frame time.
+    rounds: u32,
+}
+
+impl Effort {
+    fn of(args: &Args) -> Self {
+        let full = !args.quick;
+        let photons = args.photons.unwrap_or(if full { 1 << 25 } else { 1 << 21 });
+        Self {
+            receiver_size: if full { [256, 256] } else { [128, 128] },
+            picture_size: if full { [320, 180] } else { [160, 90] },
+            oracle: args.noise.map_or(Photons::Photons(photons), Photons::noise),
+            oracle_samples: if full { 16 } else { 4 },
+            oracle_picture_photons: if full { 1 << 22 } else { 1 << 19 },
+            rounds: args.rounds,
+        }
+    }
+}
+
+/// Measure, write, say in a few lines what was found.
+///
+/// # Errors
+/// An unwritable folder. Unknown names are an exit code, and what goes wrong on the way is the price list's.
+pub(crate) fn run(args: &Args) -> Result<ExitCode> {
+    let (subjects, candidates) = match named(args) {
+        Ok(named) => named,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            return Ok(ExitCode::from(2));
+        }
+    };
+    let Some(missing) = driver::in_environment() else {
+        return driver::restart(Drivers::One);
+    };
+    let start = Instant::now();
+    // Before minutes of work, not after.
+    std::fs::create_dir_all(&args.out).with_context(|| format!("cannot create {}", args.out.display()))?;
+    let mut climbers: Vec<_> = candidates.into_iter().map(|c| Climber::new(c, &missing)).collect();
+    let program = kept::oracle_version(&paths::workspace_root())?;
+    let rungs = rungs::rungs(args.quick);
+    let mut ladder = Ladder::new(Effort::of(args), args.sabotage);
+    let kept = Kept::in_folder(paths::target().join("ladder/oracle"));
+    for (i, subject) in subjects.iter().enumerate() {
+        eprintln!("[{}/{}] {}", i + 1, subjects.len(), subject.name);
+        match truth::of(subject, &ladder.effort, &kept, &program) {
+            Ok(truth) => ladder.climb(subject, &truth, &rungs, &mut climbers),
+            Err(error) => ladder.scenes.push(SceneEntry::without_truth(subject, format!("{error:#}"))),
+        }
+    }
+    ladder.executors = climbers.into_iter().map(|climber| climber.entry).collect();
+    ladder.seconds = start.elapsed().as_secs_f64();
+    finish(&ladder, args)
+}
+
+/// Scenes and executors that were asked for.
+fn named(args: &Args) -> Result<(Vec<Subject>, Vec<&'static Candidate>)> {
+    let names: Vec<&str> = match (args.scenes.as_slice(), args.quick) {
+        ([], false) => Subject::names().collect(),
+        ([], true) => QUICK_SCENES.to_vec(),
+        (named, _) => named.iter().map(String::as_str).collect(),
+    };
+    let candidates = executors::named(&args.executors)?;
+    let root = paths::workspace_root();
+    let open = |name| Subject::open(name, &root).with_context(|| format!("--scene {name}"));
+    let subjects: Vec<_> = names.into_iter().map(open).collect::<Result<_>>()?;
+    if subjects.is_empty() {
+        bail!("--scene: there is none");
+    }
+    Ok((subjects, candidates))
+}
+
+impl Ladder {
+    /// Every rung of a scene on every executor.
+    fn climb(&mut self, subject: &Subject, truth: &truth::Truth, rungs: &[Rung], climbers: &mut [Climber]) {
+        let noise = &truth.noise;
+        eprintln!(
+            "  oracle: {} photons, {:.0} s{}; standard error of Y at 64 x 64 {:.1e}",
+            noise.photons,
+            noise.seconds,
+            if noise.kept { " in a run before" } else { "" },
+            noise.standard_error
+        );
+        let course = Course { subject, truth, effort: &self.effort };
+        let spoiled = climbers.iter().rposition(Climber::runs).filter(|_| self.sabotage.is_some());
+        let mut rows = Vec::new();
+        let mut controls = Vec::new();
+        for (i, climber) in climbers.iter_mut().enumerate().filter(|(_, climber)| climber.runs()) {
+            let start = Instant::now();
+            let sabotage = self.sabotage.filter(|_| spoiled == Some(i));
+            for rung in rungs {
+                let row = climber.climb(&course, rung, sabotage);
+                if row.spoiled {
+                    controls.extend(control::of_spoiled(&course, &row, climber));
+                }
+                rows.push(row);
+            }
+            let first = rows.len() - rungs.len();
+            for _ in 1..course.effort.rounds {
+                rows[first..].iter_mut().for_each(|row| climber.time_again(&course, row));
+            }
+            let (name, seconds) = (climber.entry.name, start.elapsed().as_secs_f64());
+            eprintln!("  {name}: {} rungs in {seconds:.0} s", rungs.len());
+        }
+        if self.sabotage.is_none() {
+            controls = control::of_scene(&course, &rows, climbers);
+        }
+        mark_fronts(&mut rows);
+        self.scenes.push(SceneEntry::new(subject, truth, &rows));
+        self.rows.extend(rows);
+        self.controls.extend(controls);
+    }
+}
+
+/// Mark what nothing beats, executor by executor; the rows are of one scene. A spoiled rung has no price.
+fn mark_fronts(rows: &mut [Row]) {
+    for same in rows.chunk_by_mut(|a, b| a.executor == b.executor) {
+        let delta_e = front(&same.iter().map(Row::delta_e_price).collect::<Vec<_>>());
+        let rms = front(&same.iter().map(Row::rms_price).collect::<Vec<_>>());
+        for (row, (delta_e, rms)) in same.iter_mut().zip(delta_e.into_iter().zip(rms)) {
+            (row.on_delta_e_front, row.on_rms_front) = (delta_e, rms);
+        }
+    }
+}
+
+impl Row {
+    fn price(&self, error: impl Fn(&Outcome) -> Option<Net>) -> Option<Price> {
+        let outcome = self.outcome.as_ref().filter(|_| !self.spoiled)?;
+        Some(Price { ms: outcome.frame.ms, error: error(outcome)?.error })
+    }
+
+    /// Milliseconds and mean CIEDE2000, without the oracle's noise.
+    fn delta_e_price(&self) -> Option<Price> {
+        self.price(|outcome| outcome.net_delta_e)
+    }
+
+    /// Milliseconds and RMS of Y, likewise.
+    fn rms_price(&self) -> Option<Price> {
+        self.price(|outcome| Some(outcome.net_rms))
+    }
+}
+
+fn finish(ladder: &Ladder, args: &Args) -> Result<ExitCode> {
+    let page = ladder.write(&args.out)?;
+    ladder.executors.iter().map(ExecutorEntry::line).for_each(|line| println!("{line}"));
+    for scene in &ladder.scenes {
+        for sentence in &scene.halving {
+            println!("{}: {sentence}", scene.name);
+        }
+    }
+    let failures = ladder.failures(test::runs_in_ci());
+    failures.iter().for_each(|failure| println!("failed: {failure}"));
+    let controls: &[Control] = &ladder.controls;
+    println!(
+        "{} rungs, {} refused, {} negative controls, {} failures, {:.0} s; {}",
+        ladder.rows.len(),
+        ladder.refused(),
+        controls.len(),
+        failures.len(),
+        ladder.seconds,
+        page.display()
+    );
+    Ok(if failures.is_empty() { ExitCode::SUCCESS } else { ExitCode::FAILURE })
+}
+
+#[cfg(test)]
+mod tests;

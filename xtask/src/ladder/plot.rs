@@ -1,0 +1,267 @@
+//! Error against milliseconds, log-log, as SVG: a colour per method, a marker per executor, the Pareto fronts as lines.
+
+use std::ops::Range;
+
+use anyhow::{Result, anyhow};
+use asm_core::Method;
+use plotters::coord::Shift;
+use plotters::coord::combinators::BindKeyPoints;
+use plotters::element::{Drawable, PointCollection};
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters_backend::{BackendCoord, DrawingErrorKind};
+
+use super::front::{Price, digits};
+use super::rungs::{METHODS, word};
+
+/// A scene's prices in one kind of error.
+pub(super) struct Plot {
+    /// Above it.
+    pub(super) title: String,
+    /// What the error is.
+    pub(super) error: &'static str,
+    /// One a rung and executor.
+    pub(super) points: Vec<Point>,
+}
+
+/// A rung on an executor.
+pub(super) struct Point {
+    pub(super) price: Price,
+    pub(super) method: Method,
+    pub(super) executor: &'static str,
+    pub(super) on_front: bool,
+}
+
+/// Told apart by people who see colours differently, too (Okabe & Ito).
+const COLORS: [RGBColor; 6] = [
+    RGBColor(0, 114, 178),
+    RGBColor(213, 94, 0),
+    RGBColor(0, 158, 115),
+    RGBColor(204, 121, 167),
+    RGBColor(230, 159, 0),
+    RGBColor(86, 180, 233),
+];
+
+/// Readable on light and on dark pages.
+const GREY: RGBColor = RGBColor(128, 128, 128);
+
+/// Pixels of a plot, and of the legend above several.
+const SIZE: (u32, u32) = (460, 330);
+const LEGEND: u32 = 24;
+
+/// Most ticks on an axis.
+const TICKS: usize = 9;
+
+/// Room round the points, as a factor.
+const ROOM: f64 = 1.3;
+
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+
+/// Plots side by side under one legend, as one SVG.
+pub(super) fn svg(plots: &[Plot], columns: usize) -> Result<String> {
+    let columns = columns.clamp(1, plots.len().max(1));
+    let rows = plots.len().div_ceil(columns).max(1);
+    let mut text = String::new();
+    let size = (SIZE.0 * columns as u32, SIZE.1 * rows as u32 + LEGEND);
+    {
+        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
+        let (top, rest) = root.split_vertically(LEGEND);
+        legend(&top, plots)?;
+        for (area, plot) in rest.split_evenly((rows, columns)).iter().zip(plots) {
+            draw(area, plot)?;
+        }
+        root.present().map_err(undrawable)?;
+    }
+    Ok(text)
+}
+
+fn undrawable(error: impl std::fmt::Display) -> anyhow::Error {
+    anyhow!("cannot draw: {error}")
+}
+
+fn font(size: u32) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&GREY)
+}
+
+/// Methods and executors that the plots have.
+fn legend(area: &Area<'_>, plots: &[Plot]) -> Result<()> {
+    let points = || plots.iter().flat_map(|plot| &plot.points);
+    let mut x = 14;
+    let middle = LEGEND as i32 / 2;
+    let style = font(13).pos(Pos::new(HPos::Left, VPos::Center));
+    let mut entry = |marker: Option<(RGBColor, &'static str)>, text: &str| {
+        if let Some((color, executor)) = marker {
+            let marker = Marker { place: (x, middle), executor, radius: 5, style: color.filled() };
+            area.draw(&marker).map_err(undrawable)?;
+        }
+        area.draw_text(text, &style, (x + 12, middle)).map_err(undrawable)?;
+        x += 34 + 7 * text.chars().count() as i32;
+        Ok::<_, anyhow::Error>(())
+    };
+    for axes in METHODS.iter().filter(|axes| points().any(|p| p.method == axes.method)) {
+        entry(Some((color(axes.method), EXECUTORS[0])), &word(axes.method))?;
+    }
+    for executor in EXECUTORS {
+        if points().any(|p| p.executor == executor) {
+            entry(Some((GREY, executor)), executor)?;
+        }
+    }
+    entry(None, "lines: what nothing beats")
+}
+
+fn draw(area: &Area<'_>, plot: &Plot) -> Result<()> {
+    let prices = || plot.points.iter().map(|point| point.price);
+    let (Some(x), Some(y)) = (extent(prices().map(|p| p.ms)), extent(prices().map(|p| p.error))) else {
+        let style = font(13);
+        return area.draw_text(&format!("{}: no prices", plot.title), &style, (20, 20)).map_err(undrawable);
+    };
+    let mut chart = ChartBuilder::on(area)
+        .caption(&plot.title, font(15))
+        .margin(8)
+        .x_label_area_size(36)
+        .y_label_area_size(54)
+        .build_cartesian_2d(
+            x.clone().log_scale().with_key_points(ticks(&x)),
+            y.clone().log_scale().with_key_points(ticks(&y)),
+        )
+        .map_err(undrawable)?;
+    chart
+        .configure_mesh()
+        .axis_style(GREY)
+        .bold_line_style(GREY.mix(0.3))
+        .light_line_style(TRANSPARENT)
+        .label_style(font(11))
+        .axis_desc_style(font(12))
+        .x_desc("milliseconds per frame")
+        .y_desc(plot.error)
+        .x_labels(TICKS)
+        .y_labels(TICKS)
+        .x_label_formatter(&|v| label(*v))
+        .y_label_formatter(&|v| label(*v))
+        .draw()
+        .map_err(undrawable)?;
+    for executor in EXECUTORS {
+        let mut front: Vec<_> = plot.points.iter().filter(|p| p.on_front && p.executor == executor).collect();
+        front.sort_by(|a, b| a.price.ms.total_cmp(&b.price.ms));
+        let line = front.iter().map(|point| (point.price.ms, point.price.error));
+        chart.draw_series(LineSeries::new(line, GREY.stroke_width(1))).map_err(undrawable)?;
+    }
+    let markers = plot.points.iter().map(|point| {
+        let (radius, opacity) = if point.on_front { (5, 1.0) } else { (3, 0.5) };
+        let style = color(point.method).mix(opacity).filled();
+        Marker { place: (point.price.ms, point.price.error), executor: point.executor, radius, style }
+    });
+    chart.draw_series(markers).map_err(undrawable)?;
+    Ok(())
+}
+
+/// In the order of their markers.
+const EXECUTORS: [&str; 3] = ["cpu", "wgpu", "vulkan"];
+
+/// A disc, a triangle or a cross at a place of a plot or of the legend.
+struct Marker<C> {
+    place: C,
+    executor: &'static str,
+    radius: i32,
+    style: ShapeStyle,
+}
+
+impl<'a, C> PointCollection<'a, C> for &'a Marker<C> {
+    type Point = &'a C;
+    type IntoIter = std::iter::Once<&'a C>;
+
+    fn point_iter(self) -> Self::IntoIter {
+        std::iter::once(&self.place)
+    }
+}
+
+impl<C, B: DrawingBackend> Drawable<B> for Marker<C> {
+    fn draw<I: Iterator<Item = BackendCoord>>(
+        &self,
+        mut places: I,
+        backend: &mut B,
+        _: (u32, u32),
+    ) -> Result<(), DrawingErrorKind<B::ErrorType>> {
+        let Some((x, y)) = places.next() else { return Ok(()) };
+        let (r, style) = (self.radius, &self.style);
+        match EXECUTORS.iter().position(|known| *known == self.executor) {
+            Some(0) => backend.draw_circle((x, y), r as u32, style, true),
+            Some(1) => backend.fill_polygon([(x, y - r - 1), (x + r + 1, y + r), (x - r - 1, y + r)], style),
+            _ => {
+                backend.draw_line((x - r, y - r), (x + r, y + r), style)?;
+                backend.draw_line((x - r, y + r), (x + r, y - r), style)
+            }
+        }
+    }
+}
+
+fn color(method: Method) -> RGBColor {
+    let place = METHODS.iter().position(|axes| axes.method == method);
+    COLORS[place.unwrap_or_default() % COLORS.len()]
+}
+
+/// From below the least to above the largest; none of nothing.
+fn extent(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
+    // What is 0 has no place on a logarithmic axis.
+    let (low, high) =
+        values.filter(|v| *v > 0.0).fold((f64::MAX, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
+    (high > 0.0).then(|| low / ROOM..high * ROOM)
+}
+
+/// 1, 2 and 5 of each decade within the range, or its powers of ten where that is too many.
+fn ticks(range: &Range<f64>) -> Vec<f64> {
+    let decades = range.start.log10().floor() as i32..=range.end.log10().ceil() as i32;
+    let of = |digits: &[f64]| -> Vec<f64> {
+        let all = decades.clone().flat_map(|decade| digits.iter().map(move |d| d * 10.0_f64.powi(decade)));
+        all.filter(|tick| range.contains(tick)).collect()
+    };
+    let fine = of(&[1.0, 2.0, 5.0]);
+    if fine.len() <= TICKS { fine } else { of(&[1.0]) }
+}
+
+/// Without zeros that say nothing.
+fn label(value: f64) -> String {
+    let text = digits(value);
+    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn point(ms: f64, error: f64, executor: &'static str, on_front: bool) -> Point {
+        Point { price: Price { ms, error }, method: Method::Asm, executor, on_front }
+    }
+
+    #[test]
+    fn a_plot_has_a_marker_for_each_rung_and_a_line() {
+        let points =
+            vec![point(1.0, 4.0, "cpu", true), point(8.0, 0.5, "cpu", true), point(9.0, 0.7, "wgpu", false)];
+        let plot = Plot { title: "sphere".into(), error: "ΔE", points };
+        let svg = svg(&[plot], 1).expect("drawn");
+        // One more in the legend.
+        assert_eq!(svg.matches("<circle").count(), 2 + 2, "{svg}");
+        assert!(svg.contains("sphere") && svg.contains("ΔE") && svg.contains("<polyline"), "{svg}");
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
+    }
+
+    #[test]
+    fn nothing_and_one_point_can_be_drawn() {
+        let plot = |points| Plot { title: "gem".into(), error: "ΔE", points };
+        let svg = svg(&[plot(vec![]), plot(vec![point(2.0, 2.0, "cpu", true)])], 2).expect("drawn");
+        assert!(svg.contains("gem: no prices") && !svg.contains("NaN"), "{svg}");
+    }
+
+    #[test]
+    fn every_axis_has_some_ticks_and_not_too_many() {
+        assert_eq!(ticks(&(3.0..60.0)), [5.0, 10.0, 20.0, 50.0]);
+        let many = ticks(&(0.02..9000.0));
+        assert_eq!(many.first().map(|t| label(*t)), Some("0.1".into()));
+        assert!(many.len() <= TICKS, "{many:?}");
+    }
+
+    #[test]
+    fn ticks_are_short() {
+        assert_eq!([1000.0, 10.0, 0.1, 0.025].map(label), ["1000", "10", "0.1", "0.025"]);
+    }
+}

@@ -1,0 +1,206 @@
+//! The rungs of the ladder: plain data, made from small axes.
+//!
+//! A method is one entry of [`METHODS`]. An axis is a field of [`Rung`] and one of [`Axes`], a loop in [`Axes::rungs`] and a line in
+//! [`Rung::settings`]; nothing else of the ladder knows them.
+
+use std::fmt;
+
+use asm_core::{Emission, GapFilling, Method, Settings};
+use serde::Serialize;
+
+/// What a caller would set: one point of the price list.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub(super) struct Rung {
+    /// How caustics are made.
+    pub(super) method: Method,
+    /// Wavelengths per photon.
+    pub(super) wavelengths: u32,
+    /// Texels of the emission view along each side.
+    pub(super) emission_size: u32,
+    /// Where photons start.
+    pub(super) emission: Emission,
+    /// How gaps between the wavelengths are filled.
+    pub(super) gap_filling: GapFilling,
+    /// Texels of the map along each side.
+    pub(super) map_size: u32,
+}
+
+/// What a method is tried with; every combination is a rung.
+#[derive(Clone, Copy)]
+pub(super) struct Axes {
+    /// How caustics are made.
+    pub(super) method: Method,
+    wavelengths: &'static [u32],
+    emission_size: &'static [u32],
+    emission: &'static [Emission],
+    gap_filling: &'static [GapFilling],
+    map_size: &'static [u32],
+}
+
+/// What most methods are tried with.
+const COMMON: Axes = Axes {
+    method: Method::CausticsMap,
+    wavelengths: &[1, 3, 7, 21],
+    emission_size: &[128, 256, 512],
+    emission: &[Emission::Grid],
+    gap_filling: &[GapFilling::None],
+    map_size: &[256, 512],
+};
+
+/// Every method with its axes.
+pub(super) const METHODS: &[Axes] = &[
+    Axes { method: Method::CausticsMap, ..COMMON },
+    Axes { method: Method::Acm, wavelengths: &[1], emission: &[levels(3), levels(6)], ..COMMON },
+    Axes {
+        method: Method::Asm,
+        wavelengths: &[3, 7, 21],
+        emission: &[levels(3)],
+        gap_filling: &[GapFilling::None, GapFilling::Disc],
+        ..COMMON
+    },
+];
+
+/// Most of each axis in a small ladder.
+const QUICK_WAVELENGTHS: u32 = 7;
+const QUICK_EMISSION_SIZE: u32 = 256;
+const QUICK_MAP_SIZE: u32 = 256;
+
+const fn levels(levels: u32) -> Emission {
+    Emission::Adaptive { levels }
+}
+
+/// Every rung, method by method; of a small ladder those that are quick.
+pub(super) fn rungs(quick: bool) -> Vec<Rung> {
+    let all = METHODS.iter().flat_map(Axes::rungs);
+    all.filter(|rung| !quick || rung.is_quick()).collect()
+}
+
+impl Axes {
+    fn rungs(&self) -> Vec<Rung> {
+        let mut rungs = Vec::new();
+        for &wavelengths in self.wavelengths {
+            for &emission_size in self.emission_size {
+                for &emission in self.emission {
+                    for &gap_filling in self.gap_filling {
+                        for &map_size in self.map_size {
+                            rungs.push(Rung {
+                                method: self.method,
+                                wavelengths,
+                                emission_size,
+                                emission,
+                                gap_filling,
+                                map_size,
+                            });
+                        }
+                    }
+                }
+            }
+        }
+        rungs
+    }
+}
+
+impl Rung {
+    /// What a plan is made from.
+    pub(super) fn settings(&self) -> Settings {
+        Settings {
+            wavelengths: Some(self.wavelengths),
+            emission_size: self.emission_size,
+            emission: Some(self.emission),
+            gap_filling: Some(self.gap_filling),
+            map_size: Some(self.map_size),
+            ..Settings::of(self.method)
+        }
+    }
+
+    fn is_quick(&self) -> bool {
+        self.wavelengths <= QUICK_WAVELENGTHS
+            && self.emission_size <= QUICK_EMISSION_SIZE
+            && self.map_size <= QUICK_MAP_SIZE
+    }
+
+    /// Where photons start, in a word.
+    pub(super) fn emission_word(&self) -> String {
+        match self.emission {
+            Emission::Grid => "grid".into(),
+            Emission::Adaptive { levels } => format!("{levels} levels"),
+        }
+    }
+}
+
+/// A name as the command line, JSON and CSV have it.
+pub(super) fn word(name: impl Serialize) -> String {
+    match serde_json::to_value(name) {
+        Ok(serde_json::Value::String(word)) => word,
+        other => other.map(|value| value.to_string()).unwrap_or_default(),
+    }
+}
+
+impl fmt::Display for Rung {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (size, map) = (self.emission_size, self.map_size);
+        write!(f, "{} N={}, {size} x {size} {}", word(self.method), self.wavelengths, self.emission_word())?;
+        if self.gap_filling != GapFilling::None {
+            write!(f, ", gaps {}", word(self.gap_filling))?;
+        }
+        write!(f, ", map {map} x {map}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_rung_comes_twice() {
+        for quick in [false, true] {
+            let rungs = rungs(quick);
+            for (i, rung) in rungs.iter().enumerate() {
+                assert!(!rungs[..i].contains(rung), "{rung}");
+            }
+            let names: std::collections::HashSet<_> = rungs.iter().map(Rung::to_string).collect();
+            assert_eq!(names.len(), rungs.len(), "a name for each");
+        }
+    }
+
+    #[test]
+    fn every_value_of_every_axis_is_tried() {
+        let all = rungs(false);
+        for axes in METHODS {
+            let of: Vec<_> = all.iter().filter(|rung| rung.method == axes.method).collect();
+            let product = axes.wavelengths.len()
+                * axes.emission_size.len()
+                * axes.emission.len()
+                * axes.gap_filling.len()
+                * axes.map_size.len();
+            assert_eq!(of.len(), product);
+            assert!(axes.wavelengths.iter().all(|&v| of.iter().any(|r| r.wavelengths == v)));
+            assert!(axes.emission_size.iter().all(|&v| of.iter().any(|r| r.emission_size == v)));
+            assert!(axes.emission.iter().all(|&v| of.iter().any(|r| r.emission == v)));
+            assert!(axes.gap_filling.iter().all(|&v| of.iter().any(|r| r.gap_filling == v)));
+            assert!(axes.map_size.iter().all(|&v| of.iter().any(|r| r.map_size == v)));
+        }
+    }
+
+    #[test]
+    fn a_small_ladder_has_every_method() {
+        let quick = rungs(true);
+        assert!(quick.len() < rungs(false).len());
+        for axes in METHODS {
+            assert!(quick.iter().any(|rung| rung.method == axes.method), "{}", word(axes.method));
+        }
+    }
+
+    #[test]
+    fn settings_say_what_the_rung_says() {
+        for rung in rungs(false) {
+            let settings = rung.settings();
+            assert_eq!(settings.method, rung.method);
+            assert_eq!(settings.wavelength_count(), rung.wavelengths);
+            assert_eq!(settings.emission_size, rung.emission_size);
+            assert_eq!(settings.emission(), rung.emission);
+            assert_eq!(settings.gap_filling(), rung.gap_filling);
+            assert_eq!(settings.map_size, Some(rung.map_size));
+        }
+    }
+}

@@ -1,0 +1,116 @@
+//! A whole ladder, tiny: two scenes' worth of work would be too slow here, so one scene, two rungs and the CPU.
+
+use std::fs;
+
+use asm_core::{Emission, GapFilling, Method};
+
+use super::*;
+
+fn tiny() -> Effort {
+    Effort {
+        receiver_size: [32, 32],
+        picture_size: [32, 18],
+        oracle: Photons::Photons(1 << 15),
+        oracle_samples: 2,
+        oracle_picture_photons: 1 << 10,
+        rounds: 1,
+    }
+}
+
+fn rung(emission_size: u32) -> Rung {
+    Rung {
+        method: Method::CausticsMap,
+        wavelengths: 3,
+        emission_size,
+        emission: Emission::Grid,
+        gap_filling: GapFilling::None,
+        map_size: 64,
+    }
+}
+
+fn climbed(rungs: &[Rung], sabotage: Option<Sabotage>, kept: &Kept) -> Ladder {
+    let subject = Subject::open("sphere", &paths::workspace_root()).expect("a bundled scene");
+    let cpu = executors::named(&["cpu".into()]).expect("an executor");
+    let mut climbers: Vec<_> = cpu.into_iter().map(|c| Climber::new(c, "")).collect();
+    let mut ladder = Ladder::new(tiny(), sabotage);
+    let truth = truth::of(&subject, &ladder.effort, kept, "test").expect("an oracle");
+    ladder.climb(&subject, &truth, rungs, &mut climbers);
+    ladder.executors = climbers.into_iter().map(|climber| climber.entry).collect();
+    ladder
+}
+
+fn folder(test: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("spectral-ladder-{test}-{}", std::process::id()));
+    let _ = fs::remove_dir_all(&folder);
+    fs::create_dir_all(&folder).expect("a folder");
+    folder
+}
+
+#[test]
+fn rungs_have_prices_and_refused_ones_are_rows() {
+    let folder = folder("whole");
+    let kept = Kept::in_folder(folder.join("oracle"));
+    // No device has a view of this size.
+    let ladder = climbed(&[rung(32), rung(64), rung(20_000)], None, &kept);
+    assert_eq!(ladder.failures(false), Vec::<String>::new());
+    assert_eq!((ladder.rows.len(), ladder.refused()), (3, 1));
+    let outcome = ladder.rows[1].outcome.as_ref().expect("measured");
+    assert!(outcome.error.rms_64 > 0.0 && outcome.error.rms_64 < 0.3, "{outcome:?}");
+    assert!(outcome.frame.ms > 0.0 && outcome.photons > 0 && outcome.flip.is_some(), "{outcome:?}");
+    assert!(ladder.rows.iter().any(|row| row.on_delta_e_front));
+    assert!(!ladder.rows[2].on_delta_e_front && !ladder.rows[2].on_rms_front);
+    assert!(ladder.controls.len() == 3 && ladder.controls.iter().all(|control| control.failed));
+
+    ladder.write(&folder).expect("written");
+    let read = |name: &str| fs::read_to_string(folder.join(name)).expect("a file");
+    let json: serde_json::Value = serde_json::from_str(&read("ladder.json")).expect("JSON");
+    assert_eq!(json["rows"][0]["rung"]["method"], "caustics-map");
+    assert_eq!(json["rows"][2]["problem"]["kind"], "refused");
+    let csv = read("ladder.csv");
+    assert_eq!(csv.lines().count(), 4, "{csv}");
+    assert!(csv.starts_with("scene,executor,method,") && csv.contains("20000"), "{csv}");
+    let html = read("ladder.html");
+    assert!(html.contains("<svg") && html.contains("halving the error cost"), "{html}");
+    assert!(read("ladder.svg").contains("sphere"));
+    fs::remove_dir_all(folder).expect("removed");
+}
+
+#[test]
+fn a_second_run_takes_the_oracle_that_was_kept_and_a_damaged_one_is_made_again() {
+    let folder = folder("kept");
+    let kept = Kept::in_folder(folder.clone());
+    let subject = Subject::open("gem", &paths::workspace_root()).expect("a bundled scene");
+    let truth = |program: &str| truth::of(&subject, &tiny(), &kept, program).expect("an oracle");
+    let first = truth("v1");
+    assert!(!first.noise.kept && first.noise.half.rms > 0.0);
+    let again = truth("v1");
+    assert!(again.noise.kept);
+    assert_eq!((&again.maps, &again.noise.half), (&first.maps, &first.noise.half));
+    assert_eq!(again.noise.half_flip, first.noise.half_flip);
+    assert!(!truth("v2").noise.kept, "another program");
+    for entry in fs::read_dir(&folder).expect("a folder") {
+        let path = entry.expect("an entry").path();
+        let mut bytes = fs::read(&path).expect("kept");
+        bytes.truncate(bytes.len() / 2);
+        fs::write(&path, bytes).expect("written");
+    }
+    let third = truth("v1");
+    assert!(!third.noise.kept);
+    assert_eq!(third.maps, first.maps);
+    fs::remove_dir_all(folder).expect("removed");
+}
+
+#[test]
+fn sabotage_is_noticed_and_never_ends_well() {
+    let folder = folder("sabotage");
+    let kept = Kept::in_folder(folder.clone());
+    let ladder = climbed(&[rung(64)], Some(Sabotage::Ior), &kept);
+    assert!(ladder.rows[0].spoiled && !ladder.rows[0].on_delta_e_front);
+    assert_eq!(
+        ladder.failures(false),
+        [
+            "every refractive index 0.05 too large: 1 of 1 spoiled rungs are farther from the oracle than as they were"
+        ]
+    );
+    fs::remove_dir_all(folder).expect("removed");
+}
