@@ -5,13 +5,12 @@ pub mod checks;
 pub mod executor_entry;
 pub mod executors;
 pub mod flip;
-pub mod frame_time;
 pub mod html;
-pub mod layers;
-pub mod metrics;
 pub mod oracle_picture;
 pub mod picture_distance;
 pub mod sabotage;
 pub mod subject;
 pub mod terminal_percent;
 pub mod whole_file;
+
+pub use spectral_cli::{frame_time, kept, layers, metrics, net_error};

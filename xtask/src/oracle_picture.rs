@@ -3,6 +3,8 @@
 use spectral_reference::{ReferenceError, RenderSettings, render};
 use spectral_scene::Scene;
 
+use crate::metrics::mean_of;
+
 /// A picture and its half.
 pub struct OraclePicture {
     /// The mean of two independent halves.
@@ -31,10 +33,4 @@ impl OraclePicture {
         let (half, other) = (half_of(0)?, half_of(1)?);
         Ok(Self { xyz: mean_of(&half, &other), half })
     }
-}
-
-/// The mean of two maps, texel by texel.
-#[must_use]
-pub fn mean_of(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<[f32; 3]> {
-    a.iter().zip(b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect()
 }

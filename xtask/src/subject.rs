@@ -3,8 +3,7 @@
 use std::f64::consts::PI;
 use std::path::{Path, PathBuf};
 
-use spectral_core::observer::Observer;
-use spectral_core::rgb::luminance;
+use spectral_cli::lamps::luminous;
 use spectral_scene::{BUNDLED, Light, LightShape, OpenError, ReceiverError, Scene};
 
 use crate::checks::Expected;
@@ -69,13 +68,7 @@ impl Subject {
 
     /// XYZ at Y = 1 of unblocked perpendicular light of all lamps together.
     pub fn white_xyz(&self) -> [f64; 3] {
-        let mut sum = [0.0; 3];
-        for light in &self.scene.lights {
-            let unit = light.spectrum.unit_xyz(Observer::default());
-            let weight = luminous(light);
-            sum.iter_mut().zip(unit).for_each(|(s, u)| *s += weight * u);
-        }
-        if sum[1] > 0.0 { sum.map(|v| v / sum[1]) } else { spectral_core::rgb::D65_WHITE_XYZ }
+        spectral_cli::lamps::white_xyz(&self.scene)
     }
 
     /// Upper bound of the receiver's mean illuminance, lux, from light that meets nothing before it.
@@ -128,9 +121,4 @@ impl Subject {
         };
         mesh.triangles.iter().map(area).sum()
     }
-}
-
-/// Lux of a directional light, candela of the others.
-fn luminous(light: &Light) -> f64 {
-    light.intensity * luminance(light.color)
 }

@@ -23,9 +23,11 @@ mod map_fit;
 pub mod moving;
 pub mod passes;
 mod planner;
+mod price_list;
 mod render;
 mod renderer;
 mod resources;
+mod rungs;
 mod settings;
 pub mod shared;
 mod space;
@@ -38,8 +40,10 @@ pub use error::PlanError;
 pub use flicker::{Flicker, FlickerMeter};
 pub use passes::PASSES;
 pub use planner::Planner;
+pub use price_list::{Price, PriceList};
 pub use render::{Picture, RenderPlan, render_plan};
 pub use renderer::{AsmError, AsmRenderer, Updated};
+pub use rungs::{Axes, LADDER, Rung, rungs};
 pub use settings::{
     Emission, GapFilling, GlassView, Interfaces, LandingUpdate, MapFit, Method, Reflections, RefractionRule,
     Settings, Splat,

@@ -20,6 +20,18 @@ pub enum Method {
     Asm,
 }
 
+impl Method {
+    /// As the command line and JSON have it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::CausticsMap => "caustics-map",
+            Self::Acm => "acm",
+            Self::Asm => "asm",
+        }
+    }
+}
+
 /// Where photons start in the light's view.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]

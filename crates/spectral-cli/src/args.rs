@@ -146,10 +146,56 @@ pub(crate) struct RunArgs {
     pub(crate) noise: Option<f64>,
     #[command(flatten)]
     pub(crate) plan: PlanOptions,
+    #[command(flatten)]
+    pub(crate) price: PriceOptions,
     /// JSON file for settings, device, statistics and times.
     #[arg(long, value_name = "STATS.json")]
     pub(crate) stats: Option<PathBuf>,
 }
+
+/// Let the price list of scene and device choose method and settings.
+#[derive(Clone, Copy, Debug, Args)]
+pub(crate) struct PriceOptions {
+    /// Take the settings nearest to the oracle whose frame takes at most X ms here; measured on first use, then kept.
+    #[arg(
+        long,
+        value_name = "X",
+        value_parser = values::positive,
+        allow_negative_numbers = true,
+        conflicts_with_all = CHOSEN_BY_PRICE,
+        conflicts_with = "target_de"
+    )]
+    pub(crate) budget_ms: Option<f64>,
+    /// Take the fastest settings whose caustic has at most this mean CIEDE2000 from the oracle.
+    #[arg(
+        long,
+        value_name = "X",
+        value_parser = values::positive,
+        allow_negative_numbers = true,
+        conflicts_with_all = CHOSEN_BY_PRICE
+    )]
+    pub(crate) target_de: Option<f64>,
+}
+
+/// What the price list chooses, or what belongs to the reference.
+const CHOSEN_BY_PRICE: [&str; 16] = [
+    "method",
+    "wavelengths",
+    "refraction",
+    "bounces",
+    "photons",
+    "noise",
+    "levels",
+    "scheme",
+    "map_fit",
+    "gap_filling",
+    "rule",
+    "glass",
+    "reflections",
+    "gap_radius",
+    "gap_samples",
+    "gap_threshold",
+];
 
 #[derive(Debug, Args)]
 pub(crate) struct PlanArgs {

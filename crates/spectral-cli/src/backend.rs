@@ -76,7 +76,7 @@ pub fn vulkan(adapter: Option<String>) -> Result<VulkanExecutor, String> {
 }
 
 /// Where users' programs keep what they can make again.
-fn cache_folder() -> Option<PathBuf> {
+pub(crate) fn cache_folder() -> Option<PathBuf> {
     let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     let folder = variable(if cfg!(windows) { "LOCALAPPDATA" } else { "XDG_CACHE_HOME" });
     Some(folder.or_else(|| variable("HOME").map(|home| home.join(".cache")))?.join("spectral"))

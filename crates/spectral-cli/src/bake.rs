@@ -7,7 +7,7 @@ use crate::choices::Method;
 use crate::error::CliError;
 use crate::output::exr::ExrImage;
 use crate::stats::{Stats, Stopwatch};
-use crate::{caustics, reference, scene_argument, targets};
+use crate::{caustics, prices, reference, scene_argument, targets};
 
 pub(crate) fn run(args: &BakeArgs) -> Result<(), CliError> {
     let BakeArgs { size, run, .. } = args;
@@ -32,6 +32,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), CliError> {
         .map_err(|error| CliError::failed(format!("cannot write {}: {error}", args.output.display())))?;
     times.did("write");
     let Some(stats_file) = stats_file else { return Ok(()) };
+    let method = work.price.as_ref().map_or(run.method, prices::method);
     let stats = Stats {
         command: "bake",
         version: env!("CARGO_PKG_VERSION"),
@@ -39,8 +40,8 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), CliError> {
         target: &scene.objects[receiver].name,
         size: *size,
         output: args.output.display().to_string(),
-        method: run.method,
-        refraction: run.method.refraction(),
+        method,
+        refraction: method.refraction(),
         backend_asked: run.backend,
         warnings: &opened.warnings,
         display: None,

@@ -7,7 +7,7 @@ use crate::output::exr::ExrImage;
 use crate::output::png;
 use crate::stats::{Stats, Stopwatch, json};
 use crate::targets::ImageFormat;
-use crate::{caustics, reference, scene_argument, targets};
+use crate::{caustics, prices, reference, scene_argument, targets};
 
 /// The camera that pictures are taken with.
 const CAMERA: usize = 0;
@@ -45,6 +45,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), CliError> {
     .map_err(|error| CliError::failed(format!("cannot write {}: {error}", args.output.display())))?;
     times.did("write");
     let Some(stats_file) = stats_file else { return Ok(()) };
+    let method = work.price.as_ref().map_or(run.method, prices::method);
     let stats = Stats {
         command: "render",
         version: env!("CARGO_PKG_VERSION"),
@@ -52,8 +53,8 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), CliError> {
         target: &camera.name,
         size: *size,
         output: args.output.display().to_string(),
-        method: run.method,
-        refraction: run.method.refraction(),
+        method,
+        refraction: method.refraction(),
         backend_asked: run.backend,
         warnings: &opened.warnings,
         display: Some(json(&display)?),

@@ -2,6 +2,7 @@
 
 use std::time::Instant;
 
+use asm_core::Price;
 use frame_plan::DeviceInfo;
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -50,6 +51,9 @@ pub(crate) struct Work {
     pub(crate) statistics: Value,
     /// Of the reference: estimated from independent randomisations.
     pub(crate) standard_error: Value,
+    /// Of the rung that the price list chose.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub(crate) price: Option<Price>,
 }
 
 impl Work {
@@ -68,6 +72,7 @@ impl Work {
             settings: json(settings)?,
             statistics: json(statistics)?,
             standard_error: json(standard_error)?,
+            price: None,
         })
     }
 }

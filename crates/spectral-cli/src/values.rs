@@ -141,6 +141,17 @@ pub fn noise(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A number above 0: milliseconds, or a colour difference.
+///
+/// # Errors
+/// Says what would be right.
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x.is_normal() && x > 0.0 => Ok(x),
+        _ => Err("expected a number above 0, such as 2.5".into()),
+    }
+}
+
 /// The size of a wavelength set, from 1 to [`MAX_COUNT`].
 ///
 /// # Errors

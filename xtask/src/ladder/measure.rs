@@ -1,6 +1,6 @@
 //! One rung on one executor: its distance from the oracle and what a frame takes.
 
-use asm_core::{BakePlan, RenderPlan, bake_plan, render_plan};
+use asm_core::{BakePlan, RenderPlan, Rung, bake_plan, render_plan};
 use frame_plan::{ExecuteError, Executor, Limits, Plan};
 use serde::Serialize;
 use spectral_scene::IrradianceMaps;
@@ -9,13 +9,12 @@ use xtask::executor_entry::{ExecutorEntry, Status};
 use xtask::executors::{self, Candidate};
 use xtask::frame_time::{WarmFrames, median, range};
 use xtask::metrics::{Metrics, exposure};
+use xtask::net_error::{self, Net};
 use xtask::picture_distance::mean_flip;
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
 use super::Effort;
-use super::net::{self, Net};
-use super::rungs::Rung;
 use super::truth::{Truth, all_light, picture_map};
 
 /// An executor while it climbs.
@@ -184,7 +183,7 @@ impl Climber {
         let all_light = all_light(&maps, &course.truth.maps, course.subject.white_xyz());
         let frame = self.time(&plan.plan)?;
         let noise = &course.truth.noise.half;
-        let (net_delta_e, net_rms) = (net::delta_e_mean(&error, noise), net::rms(&error, noise));
+        let (net_delta_e, net_rms) = (net_error::delta_e_mean(&error, noise), net_error::rms(&error, noise));
         Ok(Outcome {
             error,
             net_delta_e,

@@ -1,17 +1,15 @@
 //! `cargo xtask ladder`: the price list of accuracy against time.
 //!
-//! Every rung ([`rungs`]) of every scene on every executor, its distance from the oracle ([`truth`]) and the time of its frames
+//! Every rung ([`asm_core::rungs`]) of every scene on every executor, its distance from the oracle ([`truth`]) and the time of its frames
 //! ([`measure`]), in one run; which of them nothing beats ([`front`]), and what halving the error costs.
 
 mod control;
 mod front;
-mod kept;
 mod measure;
-mod net;
+mod oracle_version;
 mod page;
 mod plot;
 mod report;
-mod rungs;
 mod truth;
 
 use std::path::PathBuf;
@@ -19,9 +17,13 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
+use asm_core::Rung;
+use spectral_cli::values;
 use spectral_reference::Effort as Photons;
 use xtask::executor_entry::ExecutorEntry;
 use xtask::executors::{self, Candidate};
+use xtask::kept::Kept;
+use xtask::net_error::Net;
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
@@ -29,11 +31,8 @@ use crate::driver::{self, Drivers};
 use crate::{paths, test};
 use control::Control;
 use front::{Price, front};
-use kept::Kept;
 use measure::{Climber, Course, Outcome, Row};
-use net::Net;
 use report::{Ladder, SceneEntry};
-use rungs::Rung;
 
 /// Measure what accuracy costs in time: every rung's distance from the oracle and milliseconds per frame; writes ladder.html,
 /// ladder.json, ladder.csv and ladder.svg.
@@ -49,10 +48,10 @@ pub(crate) struct Args {
     #[arg(long)]
     quick: bool,
     /// Photons of the oracle per scene.
-    #[arg(long, value_name = "P", value_parser = clap::value_parser!(u64).range(1..), conflicts_with = "noise")]
+    #[arg(long, value_name = "P", value_parser = values::photons, conflicts_with = "noise")]
     photons: Option<u64>,
     /// Photons of the oracle until its standard error of Y at 64 x 64 is this share, such as 0.002.
-    #[arg(long, value_name = "X", value_parser = noise)]
+    #[arg(long, value_name = "X", value_parser = values::noise)]
     noise: Option<f64>,
     /// How often each frame time is taken; the median counts.
     #[arg(long, default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=1000))]
@@ -65,13 +64,13 @@ pub(crate) struct Args {
     out: PathBuf,
 }
 
-fn noise(text: &str) -> Result<f64, String> {
-    let share = text.parse().ok().filter(|share| *share > 0.0 && *share < 1.0);
-    share.ok_or_else(|| "a share above 0 and below 1 is expected, such as 0.002".to_owned())
-}
-
 /// Scenes of a quick run: one each with flat faces, smooth normals and total reflection.
 const QUICK_SCENES: [&str; 3] = ["prism", "sphere", "gem"];
+
+/// Of a quick run: no finer than this.
+fn is_quick(rung: &Rung) -> bool {
+    rung.wavelengths <= 7 && rung.emission_size <= 256 && rung.map_size <= 256
+}
 
 /// What a run costs.
 struct Effort {
@@ -123,8 +122,8 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     // Before minutes of work, not after.
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot create {}", args.out.display()))?;
     let mut climbers: Vec<_> = candidates.into_iter().map(|c| Climber::new(c, &missing)).collect();
-    let program = kept::oracle_version(&paths::workspace_root())?;
-    let rungs = rungs::rungs(args.quick);
+    let program = oracle_version::oracle_version(&paths::workspace_root())?;
+    let rungs: Vec<_> = asm_core::rungs().into_iter().filter(|rung| !args.quick || is_quick(rung)).collect();
     let mut ladder = Ladder::new(Effort::of(args), args.sabotage);
     let kept = Kept::in_folder(paths::target().join("ladder/oracle"));
     for (i, subject) in subjects.iter().enumerate() {

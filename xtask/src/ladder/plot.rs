@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use anyhow::{Result, anyhow};
-use asm_core::Method;
+use asm_core::{LADDER, Method};
 use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
 use plotters::element::{Drawable, PointCollection};
@@ -12,7 +12,6 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters_backend::{BackendCoord, DrawingErrorKind};
 
 use super::front::{Price, digits};
-use super::rungs::{METHODS, word};
 
 /// A scene's prices in one kind of error.
 pub(super) struct Plot {
@@ -98,8 +97,8 @@ fn legend(area: &Area<'_>, plots: &[Plot]) -> Result<()> {
         x += 34 + 7 * text.chars().count() as i32;
         Ok::<_, anyhow::Error>(())
     };
-    for axes in METHODS.iter().filter(|axes| points().any(|p| p.method == axes.method)) {
-        entry(Some((color(axes.method), EXECUTORS[0])), &word(axes.method))?;
+    for axes in LADDER.iter().filter(|axes| points().any(|p| p.method == axes.method)) {
+        entry(Some((color(axes.method), EXECUTORS[0])), axes.method.name())?;
     }
     for executor in EXECUTORS {
         if points().any(|p| p.executor == executor) {
@@ -196,7 +195,7 @@ impl<C, B: DrawingBackend> Drawable<B> for Marker<C> {
 }
 
 fn color(method: Method) -> RGBColor {
-    let place = METHODS.iter().position(|axes| axes.method == method);
+    let place = LADDER.iter().position(|axes| axes.method == method);
     COLORS[place.unwrap_or_default() % COLORS.len()]
 }
 

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
+use asm_core::GapFilling;
 use serde::Serialize;
 use xtask::executor_entry::{ExecutorEntry, Status};
 use xtask::sabotage::Sabotage;
@@ -12,7 +13,6 @@ use xtask::whole_file;
 use super::control::Control;
 use super::front::{Halving, Price};
 use super::measure::{Problem, Row};
-use super::rungs::word;
 use super::truth::{Noise, Truth};
 use super::{Effort, page, plot};
 
@@ -191,11 +191,11 @@ impl Ladder {
 struct CsvRow<'a> {
     scene: &'a str,
     executor: &'a str,
-    method: String,
+    method: &'a str,
     wavelengths: u32,
     emission_size: u32,
     emission: String,
-    gap_filling: String,
+    gap_filling: GapFilling,
     map_size: u32,
     ms: Option<f64>,
     ms_fastest: Option<f64>,
@@ -225,11 +225,11 @@ impl<'a> CsvRow<'a> {
         Self {
             scene: &row.scene,
             executor: row.executor,
-            method: word(row.rung.method),
+            method: row.rung.method.name(),
             wavelengths: row.rung.wavelengths,
             emission_size: row.rung.emission_size,
             emission: row.rung.emission_word(),
-            gap_filling: word(row.rung.gap_filling),
+            gap_filling: row.rung.gap_filling,
             map_size: row.rung.map_size,
             ms: outcome.map(|o| o.frame.ms),
             ms_fastest: outcome.map(|o| o.frame.range_ms[0]),

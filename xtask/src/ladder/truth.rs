@@ -7,15 +7,15 @@ use anyhow::{Context, Result};
 use serde::{Deserialize, Serialize};
 use spectral_reference::{Bake, BakeSettings, Effort as Photons, RenderSettings};
 use spectral_scene::IrradianceMaps;
+use xtask::kept::{Absent, Kept, Key};
 use xtask::layers::{Layer, size, total};
-use xtask::metrics::{Map, Metrics, compare, exposure};
-use xtask::oracle_picture::{OraclePicture, mean_of};
+use xtask::metrics::{Map, Metrics, compare, exposure, mean_of};
+use xtask::oracle_picture::OraclePicture;
 use xtask::picture_distance::mean_flip;
 use xtask::subject::Subject;
 use xtask::terminal_percent::percent_on_terminal;
 
 use super::Effort;
-use super::kept::{Absent, Kept, Key};
 
 /// The oracle's answer for a scene.
 pub(super) struct Truth {
@@ -186,10 +186,7 @@ fn truth(subject: &Subject, effort: &Effort, halves: Halves) -> Result<Truth> {
         refracted: mean_of(&half.refracted, &other.refracted),
         reflected: mean_of(&half.reflected, &other.reflected),
     };
-    // Light by way of glass; where there is none, that by way of mirrors.
-    let order = [Layer::Refracted, Layer::Reflected, Layer::Direct];
-    let layer = order.into_iter().find(|layer| !layer.is_negligible(&maps));
-    let layer = layer.context("oracle: nothing to compare, the receiver is black")?;
+    let layer = Layer::of_caustic(&maps).context("oracle: nothing to compare, the receiver is black")?;
     let distance = compare(&layer.of(half), &layer.of(&maps), subject.white_xyz());
     let half_flip = halves.picture.as_ref().map(|picture| {
         let [mean, half] = [&picture.xyz, &picture.half].map(|xyz| picture_map(effort, xyz));

@@ -44,6 +44,21 @@ fn methods_and_backends_that_are_not_built_say_what_there_is() {
 }
 
 #[test]
+fn what_the_price_list_chooses_cannot_be_given_too() {
+    for wish in ["--budget-ms 5", "--target-de 1"] {
+        let option = wish.split(' ').next().expect("a word");
+        for given in ["--method asm", "--wavelengths 7", "--levels 3", "--gap-filling none", "--noise 0.1"] {
+            let name = given.split(' ').next().expect("a word");
+            spectral(&format!("bake sphere -o out.exr {wish} {given}")).bad_usage(&[option, name]);
+        }
+        spectral(&format!("bake sphere -o out.exr {option} 0")).bad_usage(&[option, "above 0"]);
+        spectral(&format!("render sphere -o out.png {option} nan")).bad_usage(&[option, "above 0"]);
+    }
+    let both = "bake sphere -o out.exr --budget-ms 5 --target-de 1";
+    spectral(both).bad_usage(&["--budget-ms", "--target-de"]);
+}
+
+#[test]
 fn values_out_of_range_are_refused_by_the_options_name() {
     let folder = tempfile::tempdir().expect("folder");
     let bad = [

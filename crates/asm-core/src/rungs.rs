@@ -1,35 +1,36 @@
-//! The rungs of the ladder: plain data, made from small axes.
+//! The rungs of the ladder from cheap to accurate: plain data, made from small axes.
 //!
-//! A method is one entry of [`METHODS`]. An axis is a field of [`Rung`] and one of [`Axes`], a loop in [`Axes::rungs`] and a line in
-//! [`Rung::settings`]; nothing else of the ladder knows them.
+//! A method is one entry of [`LADDER`]. An axis is a field of [`Rung`] and one of [`Axes`], a loop in [`Axes::rungs`], a line in
+//! [`Rung::settings`] and its words in [`Rung`]'s `Display`.
 
 use std::fmt;
 
-use asm_core::{Emission, GapFilling, Method, Settings};
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+
+use crate::{Emission, GapFilling, Method, Settings};
 
 /// What a caller would set: one point of the price list.
-#[derive(Clone, Debug, PartialEq, Serialize)]
-pub(super) struct Rung {
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Rung {
     /// How caustics are made.
-    pub(super) method: Method,
+    pub method: Method,
     /// Wavelengths per photon.
-    pub(super) wavelengths: u32,
+    pub wavelengths: u32,
     /// Texels of the emission view along each side.
-    pub(super) emission_size: u32,
+    pub emission_size: u32,
     /// Where photons start.
-    pub(super) emission: Emission,
+    pub emission: Emission,
     /// How gaps between the wavelengths are filled.
-    pub(super) gap_filling: GapFilling,
+    pub gap_filling: GapFilling,
     /// Texels of the map along each side.
-    pub(super) map_size: u32,
+    pub map_size: u32,
 }
 
 /// What a method is tried with; every combination is a rung.
-#[derive(Clone, Copy)]
-pub(super) struct Axes {
+#[derive(Clone, Copy, Debug)]
+pub struct Axes {
     /// How caustics are made.
-    pub(super) method: Method,
+    pub method: Method,
     wavelengths: &'static [u32],
     emission_size: &'static [u32],
     emission: &'static [Emission],
@@ -48,7 +49,7 @@ const COMMON: Axes = Axes {
 };
 
 /// Every method with its axes.
-pub(super) const METHODS: &[Axes] = &[
+pub const LADDER: &[Axes] = &[
     Axes { method: Method::CausticsMap, ..COMMON },
     Axes { method: Method::Acm, wavelengths: &[1], emission: &[levels(3), levels(6)], ..COMMON },
     Axes {
@@ -60,19 +61,13 @@ pub(super) const METHODS: &[Axes] = &[
     },
 ];
 
-/// Most of each axis in a small ladder.
-const QUICK_WAVELENGTHS: u32 = 7;
-const QUICK_EMISSION_SIZE: u32 = 256;
-const QUICK_MAP_SIZE: u32 = 256;
-
 const fn levels(levels: u32) -> Emission {
     Emission::Adaptive { levels }
 }
 
-/// Every rung, method by method; of a small ladder those that are quick.
-pub(super) fn rungs(quick: bool) -> Vec<Rung> {
-    let all = METHODS.iter().flat_map(Axes::rungs);
-    all.filter(|rung| !quick || rung.is_quick()).collect()
+/// Every rung, method by method.
+pub fn rungs() -> Vec<Rung> {
+    LADDER.iter().flat_map(Axes::rungs).collect()
 }
 
 impl Axes {
@@ -102,7 +97,7 @@ impl Axes {
 
 impl Rung {
     /// What a plan is made from.
-    pub(super) fn settings(&self) -> Settings {
+    pub fn settings(&self) -> Settings {
         Settings {
             wavelengths: Some(self.wavelengths),
             emission_size: self.emission_size,
@@ -113,14 +108,13 @@ impl Rung {
         }
     }
 
-    fn is_quick(&self) -> bool {
-        self.wavelengths <= QUICK_WAVELENGTHS
-            && self.emission_size <= QUICK_EMISSION_SIZE
-            && self.map_size <= QUICK_MAP_SIZE
+    /// Photons that are aimed at most: how rungs are ordered before anything is measured.
+    pub fn aimed(&self) -> u64 {
+        u64::from(self.wavelengths) * u64::from(self.emission_size).pow(2)
     }
 
     /// Where photons start, in a word.
-    pub(super) fn emission_word(&self) -> String {
+    pub fn emission_word(&self) -> String {
         match self.emission {
             Emission::Grid => "grid".into(),
             Emission::Adaptive { levels } => format!("{levels} levels"),
@@ -128,21 +122,17 @@ impl Rung {
     }
 }
 
-/// A name as the command line, JSON and CSV have it.
-pub(super) fn word(name: impl Serialize) -> String {
-    match serde_json::to_value(name) {
-        Ok(serde_json::Value::String(word)) => word,
-        other => other.map(|value| value.to_string()).unwrap_or_default(),
-    }
-}
-
 impl fmt::Display for Rung {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (size, map) = (self.emission_size, self.map_size);
-        write!(f, "{} N={}, {size} x {size} {}", word(self.method), self.wavelengths, self.emission_word())?;
-        if self.gap_filling != GapFilling::None {
-            write!(f, ", gaps {}", word(self.gap_filling))?;
-        }
+        let (method, emission) = (self.method.name(), self.emission_word());
+        write!(f, "{method} N={}, {size} x {size} {emission}", self.wavelengths)?;
+        f.write_str(match self.gap_filling {
+            GapFilling::None => "",
+            GapFilling::Paper => ", gaps by the paper's text",
+            GapFilling::PaperLiteral => ", gaps by the paper's figure",
+            GapFilling::Disc => ", gaps filled",
+        })?;
         write!(f, ", map {map} x {map}")
     }
 }
@@ -153,20 +143,18 @@ mod tests {
 
     #[test]
     fn no_rung_comes_twice() {
-        for quick in [false, true] {
-            let rungs = rungs(quick);
-            for (i, rung) in rungs.iter().enumerate() {
-                assert!(!rungs[..i].contains(rung), "{rung}");
-            }
-            let names: std::collections::HashSet<_> = rungs.iter().map(Rung::to_string).collect();
-            assert_eq!(names.len(), rungs.len(), "a name for each");
+        let rungs = rungs();
+        for (i, rung) in rungs.iter().enumerate() {
+            assert!(!rungs[..i].contains(rung), "{rung}");
         }
+        let names: std::collections::HashSet<_> = rungs.iter().map(Rung::to_string).collect();
+        assert_eq!(names.len(), rungs.len(), "a name for each");
     }
 
     #[test]
     fn every_value_of_every_axis_is_tried() {
-        let all = rungs(false);
-        for axes in METHODS {
+        let all = rungs();
+        for axes in LADDER {
             let of: Vec<_> = all.iter().filter(|rung| rung.method == axes.method).collect();
             let product = axes.wavelengths.len()
                 * axes.emission_size.len()
@@ -183,17 +171,8 @@ mod tests {
     }
 
     #[test]
-    fn a_small_ladder_has_every_method() {
-        let quick = rungs(true);
-        assert!(quick.len() < rungs(false).len());
-        for axes in METHODS {
-            assert!(quick.iter().any(|rung| rung.method == axes.method), "{}", word(axes.method));
-        }
-    }
-
-    #[test]
     fn settings_say_what_the_rung_says() {
-        for rung in rungs(false) {
+        for rung in rungs() {
             let settings = rung.settings();
             assert_eq!(settings.method, rung.method);
             assert_eq!(settings.wavelength_count(), rung.wavelengths);

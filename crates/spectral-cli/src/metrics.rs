@@ -196,6 +196,12 @@ pub fn exposure(reference: &Map<'_>) -> Option<f64> {
     (bright > 0.0).then(|| 1.0 / bright)
 }
 
+/// The mean of two maps, texel by texel.
+#[must_use]
+pub fn mean_of(a: &[[f32; 3]], b: &[[f32; 3]]) -> Vec<[f32; 3]> {
+    a.iter().zip(b).map(|(a, b)| std::array::from_fn(|c| 0.5 * (a[c] + b[c]))).collect()
+}
+
 /// CIEDE2000 of each texel that is not dark in the reference.
 fn delta_e(map: &Map<'_>, reference: &Map<'_>, white_xyz: [f64; 3]) -> Vec<f64> {
     let Some(exposure) = exposure(reference) else { return Vec::new() };

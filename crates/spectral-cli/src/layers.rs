@@ -40,6 +40,12 @@ impl Layer {
         Map { size: size(maps), xyz }
     }
 
+    /// Where the caustic is: light by way of glass; where there is none, that by way of mirrors; else what there is. None of a
+    /// black bake.
+    pub fn of_caustic(maps: &IrradianceMaps) -> Option<Self> {
+        [Self::Refracted, Self::Reflected, Self::Direct].into_iter().find(|layer| !layer.is_negligible(maps))
+    }
+
     /// Whether the bake has next to nothing in this layer.
     pub fn is_negligible(self, maps: &IrradianceMaps) -> bool {
         let all: f64 = Self::ALL.iter().map(|layer| layer.of(maps).total_y()).sum();

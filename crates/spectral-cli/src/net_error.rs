@@ -5,18 +5,19 @@
 //! are known to a few per cent.
 
 use serde::Serialize;
-use xtask::metrics::Metrics;
+
+use crate::metrics::Metrics;
 
 /// Below this share of the noise nothing is known: what is left there counts as this share.
 const KNOWN: f64 = 0.25;
 
 /// A distance without the noise in it.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub(super) struct Net {
+pub struct Net {
     /// Not below a quarter of the noise.
-    pub(super) error: f64,
+    pub error: f64,
     /// It is that quarter: the rung may be better.
-    pub(super) hidden: bool,
+    pub hidden: bool,
 }
 
 /// Without the noise, both as roots of mean squares.
@@ -30,12 +31,14 @@ fn root(distance: f64, noise: f64) -> Net {
 }
 
 /// Relative RMS of Y.
-pub(super) fn rms(distance: &Metrics, noise: &Metrics) -> Net {
+#[must_use]
+pub fn rms(distance: &Metrics, noise: &Metrics) -> Net {
     root(distance.rms, noise.rms)
 }
 
 /// Mean CIEDE2000: the mean, less the share that noise has in the RMS.
-pub(super) fn delta_e_mean(distance: &Metrics, noise: &Metrics) -> Option<Net> {
+#[must_use]
+pub fn delta_e_mean(distance: &Metrics, noise: &Metrics) -> Option<Net> {
     let (mean, own, noise) = (distance.delta_e_mean?, distance.delta_e_rms?, noise.delta_e_rms?);
     let net = root(own, noise);
     // Equal maps have neither.
@@ -46,7 +49,7 @@ pub(super) fn delta_e_mean(distance: &Metrics, noise: &Metrics) -> Option<Net> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use xtask::metrics::{Map, compare};
+    use crate::metrics::{Map, compare, mean_of};
 
     #[test]
     fn what_is_known_is_what_noise_leaves() {
@@ -83,7 +86,7 @@ mod tests {
             exact.iter().enumerate().map(texel).collect()
         };
         let halves = [half(0), half(1 << 20)];
-        let mean = xtask::oracle_picture::mean_of(&halves[0], &halves[1]);
+        let mean = mean_of(&halves[0], &halves[1]);
         let map = |xyz| Map { size: [SIZE, SIZE], xyz };
         let distance = |a: &[[f32; 3]], b: &[[f32; 3]]| {
             compare(&Map { xyz: a, ..map(&exact) }, &Map { xyz: b, ..map(&exact) }, WHITE).expect("maps")

@@ -1,64 +1,45 @@
-//! What took long and is kept below `target/ladder`, by the hash of all that it depends on.
+//! What took long and is kept in a folder, by the hash of all that it depends on.
 //!
 //! A file is a line of JSON, with what the samples are and their hash, and then the samples as little-endian f32. One that
 //! is cut short, changed or of another key is found and counts as not there.
 
 use std::fs;
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
-use anyhow::{Context, Result};
 use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
-use xtask::whole_file;
 
-use crate::unpacked::files_under;
+use crate::output::atomic_file::AtomicFile;
 
 /// Changes when files are laid out otherwise.
 const FORMAT: u32 = 1;
 
-/// What the oracle's result depends on, below the workspace's root.
-const ORACLE_SOURCES: [&str; 4] =
-    ["crates/spectral-core", "crates/spectral-scene", "crates/spectral-reference", "Cargo.lock"];
-
 /// All that a result depends on.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Key(String);
+pub struct Key(String);
 
 impl Key {
-    /// Of anything that can be written down.
-    pub(super) fn of(parts: &impl Serialize, program: &str) -> Result<Self> {
+    /// Of anything that can be written down, and of the program that works with it.
+    ///
+    /// # Errors
+    /// If a part cannot be written as JSON.
+    pub fn of(parts: &impl Serialize, program: &str) -> serde_json::Result<Self> {
         let mut hasher = Hasher(Sha256::new());
-        serde_json::to_writer(&mut hasher, &(FORMAT, program, parts)).context("a scene is plain data")?;
+        serde_json::to_writer(&mut hasher, &(FORMAT, program, parts))?;
         Ok(Self(hex(hasher.0)))
     }
 }
 
-/// The oracle's program, by its sources: results of another are not its results.
-pub(super) fn oracle_version(root: &Path) -> Result<String> {
-    let mut hasher = Sha256::new();
-    for source in ORACLE_SOURCES {
-        let path = root.join(source);
-        let files = if path.is_dir() { files_under(&path) } else { vec![path] };
-        for file in files {
-            let bytes = fs::read(&file).with_context(|| format!("cannot read {}", file.display()))?;
-            hasher.update(file.strip_prefix(root).unwrap_or(&file).to_string_lossy().as_bytes());
-            hasher.update((bytes.len() as u64).to_le_bytes());
-            hasher.update(bytes);
-        }
-    }
-    Ok(hex(hasher))
-}
-
 /// A folder of kept results.
-pub(super) struct Kept {
+pub struct Kept {
     folder: PathBuf,
 }
 
 /// Why there is nothing.
 #[derive(Debug, PartialEq, Eq)]
-pub(super) enum Absent {
+pub enum Absent {
     /// Not made yet.
     New,
     /// There is a file, and it is not what was kept.
@@ -74,12 +55,16 @@ struct Header<T> {
 
 impl Kept {
     /// In a folder that is made when something is kept.
-    pub(super) fn in_folder(folder: PathBuf) -> Self {
+    #[must_use]
+    pub fn in_folder(folder: PathBuf) -> Self {
         Self { folder }
     }
 
     /// What was kept under a name and key.
-    pub(super) fn read<T: DeserializeOwned>(&self, name: &str, key: &Key) -> Result<(T, Vec<f32>), Absent> {
+    ///
+    /// # Errors
+    /// [`Absent`], which is no failure: make it, and keep that.
+    pub fn read<T: DeserializeOwned>(&self, name: &str, key: &Key) -> Result<(T, Vec<f32>), Absent> {
         let path = self.path(name, key);
         let bytes = match fs::read(&path) {
             Ok(bytes) => bytes,
@@ -90,22 +75,18 @@ impl Kept {
     }
 
     /// Keep it; readers see the old file or the new one.
-    pub(super) fn write(
-        &self,
-        name: &str,
-        key: &Key,
-        content: &impl Serialize,
-        samples: &[f32],
-    ) -> Result<()> {
-        fs::create_dir_all(&self.folder)
-            .with_context(|| format!("cannot create {}", self.folder.display()))?;
+    ///
+    /// # Errors
+    /// If the folder or the file cannot be written.
+    pub fn write(&self, name: &str, key: &Key, content: &impl Serialize, samples: &[f32]) -> io::Result<()> {
+        fs::create_dir_all(&self.folder)?;
         let samples: Vec<u8> = samples.iter().flat_map(|v| v.to_le_bytes()).collect();
         let samples_sha256 = hex(Sha256::new_with_prefix(&samples));
         let header = Header { key: key.0.clone(), samples_sha256, content };
         let mut bytes = serde_json::to_vec(&header)?;
         bytes.push(b'\n');
         bytes.extend(samples);
-        whole_file::write(&self.path(name, key), &bytes)
+        AtomicFile::new(&self.path(name, key))?.write(|file| file.write_all(&bytes))
     }
 
     fn path(&self, name: &str, key: &Key) -> PathBuf {
@@ -144,7 +125,9 @@ impl Write for Hasher {
     }
 }
 
-fn hex(hasher: Sha256) -> String {
+/// A hash in hexadecimal digits.
+#[must_use]
+pub fn hex(hasher: Sha256) -> String {
     hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
