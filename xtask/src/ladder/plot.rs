@@ -51,6 +51,9 @@ const LEGEND: u32 = 24;
 /// Most ticks on an axis.
 const TICKS: usize = 9;
 
+/// An axis ends at no less than so many times where it starts.
+const LEAST_EXTENT: f64 = 6.0;
+
 /// Room round the points, as a factor.
 const ROOM: f64 = 1.3;
 
@@ -187,8 +190,9 @@ impl<C, B: DrawingBackend> Drawable<B> for Marker<C> {
             Some(0) => backend.draw_circle((x, y), r as u32, style, true),
             Some(1) => backend.fill_polygon([(x, y - r - 1), (x + r + 1, y + r), (x - r - 1, y + r)], style),
             _ => {
-                backend.draw_line((x - r, y - r), (x + r, y + r), style)?;
-                backend.draw_line((x - r, y + r), (x + r, y - r), style)
+                let style = style.stroke_width(2);
+                backend.draw_line((x - r, y - r), (x + r, y + r), &style)?;
+                backend.draw_line((x - r, y + r), (x + r, y - r), &style)
             }
         }
     }
@@ -204,7 +208,11 @@ fn extent(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     // What is 0 has no place on a logarithmic axis.
     let (low, high) =
         values.filter(|v| *v > 0.0).fold((f64::MAX, 0.0_f64), |(low, high), v| (low.min(v), high.max(v)));
-    (high > 0.0).then(|| low / ROOM..high * ROOM)
+    (high > 0.0).then(|| {
+        // Close figures look close.
+        let room = ROOM.max((LEAST_EXTENT * low / high).sqrt());
+        low / room..high * room
+    })
 }
 
 /// 1, 2 and 5 of each decade within the range, or its powers of ten where that is too many.
@@ -257,6 +265,15 @@ mod tests {
         let many = ticks(&(0.02..9000.0));
         assert_eq!(many.first().map(|t| label(*t)), Some("0.1".into()));
         assert!(many.len() <= TICKS, "{many:?}");
+    }
+
+    #[test]
+    fn close_figures_look_close() {
+        let range = extent([42.0, 46.0].into_iter()).expect("figures");
+        assert!((range.end / range.start - LEAST_EXTENT).abs() < 1e-9, "{range:?}");
+        assert!(ticks(&range).len() >= 2, "{range:?}");
+        assert_eq!(extent([1.0, 100.0].into_iter()), Some(1.0 / ROOM..100.0 * ROOM));
+        assert_eq!(extent([0.0].into_iter()), None);
     }
 
     #[test]

@@ -93,7 +93,8 @@ pub(crate) fn settle(
     executor: &mut dyn Executor,
 ) -> Result<Price, CliError> {
     let effort = Effort { threads: run.threads, ..Effort::default() };
-    let list = list(subject, &effort, executor)?;
+    let kept = cache_folder().map(|folder| Kept::in_folder(folder.join("prices")));
+    let list = list(subject, &effort, executor, kept)?;
     let price = wish.pick(&list).map_err(CliError::failed)?;
     messages::complain(&format!("note: {}", words(price)));
     Ok(price.clone())
@@ -106,11 +107,15 @@ pub(crate) fn method(price: &Price) -> Method {
 }
 
 /// Kept or measured.
-fn list(subject: &Subject<'_>, effort: &Effort, executor: &mut dyn Executor) -> Result<PriceList, CliError> {
+fn list(
+    subject: &Subject<'_>,
+    effort: &Effort,
+    executor: &mut dyn Executor,
+    kept: Option<Kept>,
+) -> Result<PriceList, CliError> {
     let name = executor.info().executor.clone();
     let parts = (subject.scene, subject.receiver, subject.frame, executor.info(), effort);
     let key = Key::of(&parts, &program()).map_err(CliError::failed)?;
-    let kept = cache_folder().map(|folder| Kept::in_folder(folder.join("prices")));
     match kept.as_ref().map(|kept| kept.read::<PriceList>(&name, &key)) {
         Some(Ok((list, _))) => return Ok(list),
         Some(Err(Absent::Damaged(what))) => messages::warn(&format!("measured again: {what}")),
@@ -143,7 +148,8 @@ fn program() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asm_core::rungs;
+    use asm_core::{PASSES, rungs};
+    use frame_plan::cpu::CpuExecutor;
 
     fn list() -> PriceList {
         let figures = [(5.0, 4.0), (20.0, 1.0), (40.0, 0.5)];
@@ -163,6 +169,34 @@ mod tests {
         assert!(error.contains("--target-de 0.1") && error.contains("CIEDE2000 0.50"), "{error}");
         let error = Wish::BudgetMs(1.0).pick(&PriceList::default()).expect_err("empty");
         assert!(error.contains("none at all"), "{error}");
+    }
+
+    #[test]
+    fn a_list_is_measured_once_for_a_size_and_again_when_it_is_damaged() {
+        let scene = spectral_scene::bundled("sphere").expect("a bundled scene");
+        let receiver = scene.receiver("receiver").expect("a receiver");
+        let rungs = Effort::default().rungs[..1].to_vec();
+        let effort = Effort { texels: [32; 2], photons: 1 << 15, rungs, ..Effort::default() };
+        let mut executor = CpuExecutor::new(PASSES, None).expect("the CPU");
+        let folder = tempfile::tempdir().expect("folder");
+        let mut listed = |size: u32| {
+            let frame = Frame::Bake(Size { width: size, height: size });
+            let subject = Subject { scene: &scene, receiver, frame };
+            let kept = Kept::in_folder(folder.path().join("prices"));
+            super::list(&subject, &effort, &mut executor, Some(kept)).expect("a list")
+        };
+        let files = || -> Vec<_> {
+            let folder = std::fs::read_dir(folder.path().join("prices")).expect("a folder");
+            folder.map(|entry| entry.expect("an entry").path()).collect()
+        };
+        let first = listed(32);
+        // Times are never measured alike twice.
+        assert_eq!(listed(32), first);
+        assert_eq!(files().len(), 1);
+        std::fs::write(&files()[0], "{}").expect("written");
+        assert_ne!(listed(32).prices[0].ms, first.prices[0].ms);
+        assert_eq!(listed(16).prices[0].delta_e, first.prices[0].delta_e);
+        assert_eq!(files().len(), 2);
     }
 
     #[test]
