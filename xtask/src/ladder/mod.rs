@@ -17,7 +17,7 @@ use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Context, Result, bail};
-use asm_core::Rung;
+use asm_core::{LADDER, Rung};
 use spectral_cli::values;
 use spectral_reference::Effort as Photons;
 use xtask::executor_entry::ExecutorEntry;
@@ -44,6 +44,9 @@ pub(crate) struct Args {
     /// An executor: cpu, wgpu or vulkan; all of them by default. May be repeated, or take several.
     #[arg(long = "executor", value_name = "ID", num_args = 1..)]
     executors: Vec<String>,
+    /// A method; all of them by default. May be repeated, or take several.
+    #[arg(long = "method", value_name = "METHOD", num_args = 1..)]
+    methods: Vec<String>,
     /// Fewer and smaller rungs, maps of 128 x 128, less oracle, and three scenes unless others are named.
     #[arg(long)]
     quick: bool,
@@ -108,7 +111,7 @@ impl Effort {
 /// # Errors
 /// An unwritable folder. Unknown names are an exit code, and what goes wrong on the way is the price list's.
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
-    let (subjects, candidates) = match named(args) {
+    let Named { subjects, candidates, rungs } = match named(args) {
         Ok(named) => named,
         Err(error) => {
             eprintln!("error: {error:#}");
@@ -123,7 +126,6 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     std::fs::create_dir_all(&args.out).with_context(|| format!("cannot create {}", args.out.display()))?;
     let mut climbers: Vec<_> = candidates.into_iter().map(|c| Climber::new(c, &missing)).collect();
     let program = oracle_version::oracle_version(&paths::workspace_root())?;
-    let rungs: Vec<_> = asm_core::rungs().into_iter().filter(|rung| !args.quick || is_quick(rung)).collect();
     let mut ladder = Ladder::new(Effort::of(args), args.sabotage);
     let kept = Kept::in_folder(paths::target().join("ladder/oracle"));
     for (i, subject) in subjects.iter().enumerate() {
@@ -138,8 +140,14 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     finish(&ladder, args)
 }
 
-/// Scenes and executors that were asked for.
-fn named(args: &Args) -> Result<(Vec<Subject>, Vec<&'static Candidate>)> {
+/// What was asked for.
+struct Named {
+    subjects: Vec<Subject>,
+    candidates: Vec<&'static Candidate>,
+    rungs: Vec<Rung>,
+}
+
+fn named(args: &Args) -> Result<Named> {
     let names: Vec<&str> = match (args.scenes.as_slice(), args.quick) {
         ([], false) => Subject::names().collect(),
         ([], true) => QUICK_SCENES.to_vec(),
@@ -152,7 +160,18 @@ fn named(args: &Args) -> Result<(Vec<Subject>, Vec<&'static Candidate>)> {
     if subjects.is_empty() {
         bail!("--scene: there is none");
     }
-    Ok((subjects, candidates))
+    Ok(Named { subjects, candidates, rungs: rungs(&args.methods, args.quick)? })
+}
+
+/// Those of the methods, or of all.
+fn rungs(methods: &[String], quick: bool) -> Result<Vec<Rung>> {
+    let known: Vec<_> = LADDER.iter().map(|axes| axes.method.name()).collect();
+    if let Some(unknown) = methods.iter().find(|name| !known.contains(&name.as_str())) {
+        bail!("--method {unknown}: no such method; there are {}", known.join(", "));
+    }
+    let is_wanted = |rung: &Rung| methods.is_empty() || methods.iter().any(|m| m == rung.method.name());
+    let wanted = asm_core::rungs().into_iter().filter(is_wanted);
+    Ok(wanted.filter(|rung| !quick || is_quick(rung)).collect())
 }
 
 impl Ladder {

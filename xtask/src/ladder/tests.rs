@@ -39,6 +39,19 @@ fn climbed(rungs: &[Rung], sabotage: Option<Sabotage>, kept: &Kept) -> Ladder {
     ladder
 }
 
+#[test]
+fn a_small_ladder_has_every_method_and_unknown_ones_are_named() {
+    let (small, all) = (super::rungs(&[], true).expect("rungs"), super::rungs(&[], false).expect("rungs"));
+    assert!(small.len() < all.len() && small.iter().all(|rung| all.contains(rung)));
+    for axes in LADDER {
+        let name = axes.method.name();
+        let own = super::rungs(&[name.to_owned()], true).expect("rungs");
+        assert!(!own.is_empty() && own.iter().all(|rung| rung.method == axes.method), "{name}");
+    }
+    let error = super::rungs(&["asn".to_owned()], true).expect_err("no such method").to_string();
+    assert!(error.contains("asn") && error.contains("caustics-map, acm, asm"), "{error}");
+}
+
 fn folder(test: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("spectral-ladder-{test}-{}", std::process::id()));
     let _ = fs::remove_dir_all(&folder);
