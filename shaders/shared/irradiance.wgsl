@@ -21,6 +21,10 @@ struct Light {
     reflected_faces: u32,   // as many as `landing_faces`, or 0 where no reflected light is mapped
     first_reflected: u32,   // first texel of the map of reflected light, in `caustic`
     map_view: u32,          // first of the map of refracted light, one per view of where light may land
+    receiver_map: u32,      // 1: the maps hold a receiver's texels and what arrives there, lux; 0: they are seen from the light
+    reserved0: u32,
+    reserved1: u32,
+    reserved2: u32,
 }
 
 struct Irradiance {
@@ -112,6 +116,18 @@ fn landing_shown(texel: vec2<i32>, face: i32, reflected: bool) -> u32 {
     return textureLoad(landing_visibility, texel, face, 0).r;
 }
 
+// The texel of a receiver's own map that holds a point.
+fn received_at(p: vec3<f32>, reflected: bool) -> vec3<f32> {
+    let faces = select(params.light.landing_faces, params.light.reflected_faces, reflected);
+    let at = locate(params.light.landing_view, faces, p);
+    if !at.found {
+        return vec3<f32>(0.0);
+    }
+    let size = views[at.view].size;
+    let texel = min(vec2<u32>(at.texel), size - 1u);
+    return caustic[select(0u, params.light.first_reflected, reflected) + texel.y * size.x + texel.x].xyz;
+}
+
 // The map at a point: bilinear, and only where the point is on the surface that the landing view sees.
 fn caustic_at(lit: Lit, reflected: bool) -> vec3<f32> {
     let faces = select(params.light.landing_faces, params.light.reflected_faces, reflected);
@@ -154,8 +170,13 @@ fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
     let view = views[params.light.direct_view];
     let light_ray = view_ray_through(view, p);
     let cosine = -dot(light_ray.direction, normal);
+    var received = Irradiance(0.0, vec3<f32>(0.0), vec3<f32>(0.0));
+    if params.light.receiver_map == 1u {
+        received.refracted = received_at(p, false);
+        received.reflected = received_at(p, true);
+    }
     if cosine <= 0.0 {
-        return Irradiance(0.0, vec3<f32>(0.0), vec3<f32>(0.0));
+        return received;
     }
     let distance = dot(p - light_ray.origin, light_ray.direction);
     var spread = cosine;
@@ -169,14 +190,16 @@ fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
     let t = triangles[own - 1u];
     let inner = p + FARTHER_IN * ((t.p0 + t.p1 + t.p2) / 3.0 - p);
     var lit = Lit(p, own, Ray(inner, -light_ray.direction), distance, clear);
-    var direct = 0.0;
     let in_range = params.light.range == 0.0 || distance <= params.light.range;
     if in_range && !blocked_by_opaque(lit) && !blocked_by_glass(lit) {
         let cosine_to_axis = dot(light_ray.direction, params.light.spot_axis);
         let cone = clamp(cosine_to_axis * params.light.spot_scale + params.light.spot_offset, 0.0, 1.0);
-        direct = spread * cone * cone;
+        received.direct = spread * cone * cone;
     }
-    let reflected = spread * caustic_at(lit, true);
-    lit.clear = distance - params.light.landing_from;
-    return Irradiance(direct, spread * caustic_at(lit, false), reflected);
+    if params.light.receiver_map == 0u {
+        received.reflected = spread * caustic_at(lit, true);
+        lit.clear = distance - params.light.landing_from;
+        received.refracted = spread * caustic_at(lit, false);
+    }
+    return received;
 }

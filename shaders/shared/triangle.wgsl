@@ -11,7 +11,7 @@ struct Triangle {
     p2: vec3<f32>,
     flags: u32, // TRIANGLE_*
     n0: vec3<f32>, // unit vertex normals; equal on flat facets
-    reserved0: u32,
+    face: u32, // triangles across whose common edges normals go on
     n1: vec3<f32>,
     reserved1: u32,
     n2: vec3<f32>,

@@ -24,8 +24,8 @@ pub enum Sabotage {
 /// Enough to displace every caustic by more than rounding, little enough to look right at a glance.
 const IOR_ERROR: f32 = 0.05;
 
-/// The pass whose light every fault is about.
-const PHOTONS: &str = "photon_trace";
+/// The passes whose light every fault is about.
+const PHOTONS: [&str; 2] = ["photon_trace", "path_trace"];
 
 impl Sabotage {
     /// Every fault.
@@ -36,7 +36,7 @@ impl Sabotage {
         match self {
             Self::Ior => "every refractive index 0.05 too large",
             Self::Channel => "photons without Z",
-            Self::Pass => "photon_trace left out",
+            Self::Pass => "photons not traced",
         }
     }
 
@@ -46,7 +46,7 @@ impl Sabotage {
     pub fn spoil(self, plan: &BakePlan) -> BakePlan {
         let mut spoiled = plan.clone();
         let mut photons = false;
-        plan.plan.for_each_pass(&mut |step| photons |= step.pass == PHOTONS);
+        plan.plan.for_each_pass(&mut |step| photons |= PHOTONS.contains(&step.pass.as_str()));
         if !photons {
             return spoiled;
         }
@@ -57,9 +57,12 @@ impl Sabotage {
                     optics.index += IOR_ERROR;
                 }
             }),
+            // Running bands are pairs of records that look like bands.
             Self::Channel => change::<Band>(plan, "bands", |band| band.weight[2] = 0),
             Self::Pass => plan.steps.retain(|step| match step {
-                Step::Dispatch { pass, .. } | Step::DispatchIndirect { pass, .. } => pass.pass != PHOTONS,
+                Step::Dispatch { pass, .. } | Step::DispatchIndirect { pass, .. } => {
+                    !PHOTONS.contains(&pass.pass.as_str())
+                }
                 _ => true,
             }),
         }

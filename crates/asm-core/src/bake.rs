@@ -16,7 +16,7 @@ use crate::planner::GeometryCache;
 use crate::resources::cleared;
 use crate::statistics::{Books, Statistics};
 use crate::update::update;
-use crate::{PlanError, Settings, UpdateError};
+use crate::{Method, PlanError, Settings, UpdateError};
 
 /// A plan whose frame is a bake, and what is needed to read it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,6 +79,7 @@ pub(crate) fn plan(
         receivers: Receivers::Object(receiver),
         map_size,
         most_zoom: f64::from(samples * size[0].min(size[1])) / (SAMPLES_PER_MAP_TEXEL * f64::from(map_size)),
+        texels: (settings.method == Method::Footprint).then_some(UVec2::from(size)),
         camera: None,
     };
     let mut caustics = Caustics::new(cache, scene, settings, limits, &purpose)?;

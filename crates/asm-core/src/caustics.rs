@@ -14,10 +14,13 @@ use spectral_scene::{Effects, Scene};
 use crate::bands::Glass;
 use crate::decisions::{Grounds, Output, decisions};
 use crate::emission::{EmissionView, QUEUE_ARGUMENTS_BYTES, Refinement};
+use crate::faces::mark_faces;
+use crate::footprints::Footprints;
 use crate::gaps::{GapMaps, Gaps};
 use crate::geometry::{Geometry, bounds};
-use crate::lights::{LightSetup, Purpose, Receivers, light_setups, texel_extent};
+use crate::lights::{LightSetup, Purpose, Receivers, light_setups, silhouette_size, texel_extent};
 use crate::map_fit::{Photons, bounds_buffer};
+use crate::passes::footprint_splat::RunningBand;
 use crate::passes::map_resolve::MapResolve;
 use crate::passes::photon_trace::{
     Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, PATH_REFLECTED, PATH_REFRACTED,
@@ -33,7 +36,7 @@ use crate::shared::optics::Optics;
 use crate::shared::triangle::{TRIANGLE_REFRACTS, Triangle};
 use crate::shared::view::View;
 use crate::statistics::Books;
-use crate::{Emission, Interfaces, LandingUpdate, PlanError, Settings, Splat, WorkingSpace};
+use crate::{Emission, Interfaces, LandingUpdate, Method, PlanError, Settings, Splat, WorkingSpace};
 
 /// What a pass that shades with a light binds.
 pub(crate) struct LightStep {
@@ -56,35 +59,39 @@ pub(crate) struct Caustics<'a> {
     pub(crate) geometry: Arc<Geometry>,
     pub(crate) resources: Resources<'a>,
     pub(crate) triangles: ResourceId,
+    pub(crate) bands: ResourceId,
     pub(crate) views: ResourceId,
     pub(crate) ledger: Option<ResourceId>,
     effects: Effects,
-    setups: Vec<LightSetup>,
-    shared: Shared,
+    pub(crate) setups: Vec<LightSetup>,
+    pub(crate) shared: Shared,
     refinement: Option<Rc<Refinement>>,
     gaps: Option<Rc<Gaps>>,
     /// Of the map of one path.
     texels: u64,
-    landing_bounds: Option<ResourceId>,
+    pub(crate) landing_bounds: Option<ResourceId>,
     pub(crate) most_zoom: f64,
+    footprints: Option<Rc<Footprints>>,
+    /// The object to bake onto.
+    receiver: Option<usize>,
 }
 
 /// Resources that lights use in turn.
-struct Shared {
-    bands: ResourceId,
-    optics: ResourceId,
-    entry: ResourceId,
+pub(crate) struct Shared {
+    pub(crate) optics: ResourceId,
+    pub(crate) entry: ResourceId,
     exit: ResourceId,
     emission_depth: ResourceId,
-    landing: ResourceId,
+    pub(crate) landing: ResourceId,
     /// Where reflected light lands, if that is not what another texture holds.
     reflected: ResourceId,
     direct: ResourceId,
     map_depth: ResourceId,
-    map: ResourceId,
-    caustic: ResourceId,
-    /// Bound where photons come from a grid.
-    no_queue: ResourceId,
+    landing_depth: ResourceId,
+    pub(crate) map: ResourceId,
+    pub(crate) caustic: ResourceId,
+    /// Bound where photons come from a grid, and where no bounds are kept.
+    pub(crate) no_queue: ResourceId,
 }
 
 impl<'a> Caustics<'a> {
@@ -109,18 +116,31 @@ impl<'a> Caustics<'a> {
 
         let mut resources = Resources::new(purpose.name.clone(), limits);
         let bands: Vec<Band> = setups.iter().flat_map(|s| s.bands.bands()).collect();
+        let running_bands: Vec<RunningBand> = setups.iter().flat_map(|s| s.bands.running_bands()).collect();
         let optics: Vec<Optics> =
             setups.iter().flat_map(|s| s.bands.optics(&glasses, space.metres_per_unit)).collect();
-        let triangles = resources.filled::<Triangle>("triangles", &geometry.triangles)?;
+        let triangles = if settings.method == Method::Footprint {
+            let mut triangles = geometry.triangles.clone();
+            mark_faces(&mut triangles);
+            resources.filled("triangles", &triangles)?
+        } else {
+            resources.filled::<Triangle>("triangles", &geometry.triangles)?
+        };
         let views = resources.filled("views", &views)?;
+        let bands = if running_bands.is_empty() {
+            resources.filled("bands", &bands)?
+        } else {
+            resources.filled("bands", &running_bands)?
+        };
         let (shared, ledger) =
-            shared_resources(&mut resources, &setups, settings, purpose, &geometry, &bands, &optics)?;
+            shared_resources(&mut resources, &setups, settings, purpose, &geometry, &optics)?;
         let lights = setups.iter().filter(|s| s.caustic).count();
         let refinement =
             if lights > 0 { Refinement::new(&mut resources, settings, lights)?.map(Rc::new) } else { None };
         let texels = map_texels(purpose, &setups);
         let gaps = Gaps::new(&mut resources, settings, &setups, texels)?.map(Rc::new);
         let landing_bounds = bounds_buffer(&mut resources, &setups)?;
+        let footprints = Footprints::new(&mut resources, settings, &setups, &geometry)?.map(Rc::new);
         Ok(Self {
             scene,
             settings,
@@ -128,6 +148,7 @@ impl<'a> Caustics<'a> {
             geometry,
             resources,
             triangles,
+            bands,
             views,
             ledger,
             effects,
@@ -138,6 +159,8 @@ impl<'a> Caustics<'a> {
             texels,
             landing_bounds,
             most_zoom: purpose.most_zoom,
+            footprints,
+            receiver,
         })
     }
 
@@ -198,11 +221,11 @@ impl<'a> Caustics<'a> {
     }
 
     /// Wavelengths of all lights.
-    fn wavelengths(&self) -> u32 {
+    pub(crate) fn wavelengths(&self) -> u32 {
         self.setups.iter().map(|s| s.bands.wavelengths_nm.len() as u32).sum()
     }
 
-    fn view(&self, index: u32) -> View {
+    pub(crate) fn view(&self, index: u32) -> View {
         let bytes =
             self.resources.plan.resources[self.views.0 as usize].initial.as_deref().unwrap_or_default();
         let size = size_of::<View>();
@@ -215,30 +238,37 @@ impl<'a> Caustics<'a> {
         let label = format!("light {} `{}`", setup.index, setup.name);
         let (landing_view, faces) = (setup.landing_view, setup.faces);
         let matt = 0..self.geometry.matt;
+        let lit = match self.receiver {
+            Some(receiver) if setup.receiver_view.is_some() => self.geometry.objects[receiver].clone(),
+            _ => matt.clone(),
+        };
         let opaque = 0..self.geometry.opaque;
         let all = 0..self.geometry.triangles.len() as u32;
         let glass = opaque.end..all.end;
         let from = setup.landing_from as f32;
         let mut draws = Vec::new();
+        let seen = VISIBILITY_ALL_FACES;
         for face in 0..faces {
             let view = landing_view + face;
-            let map = |texture| (texture, self.shared.map_depth, face);
-            let seen = VISIBILITY_ALL_FACES;
+            let map = |texture| (texture, self.shared.landing_depth, face);
             if setup.caustic {
                 let from_distance = if setup.cut { from } else { 0.0 };
-                draws.push(("landing", map(self.shared.landing), view, matt.clone(), seen, from_distance));
+                draws.push(("landing", map(self.shared.landing), view, lit.clone(), seen, from_distance));
             }
             if lands_apart(setup, &self.geometry) {
                 let target = map(self.shared.reflected);
                 draws.push(("landing of reflected light", target, view, matt.clone(), seen, 0.0));
             }
-            if setup.shadows && (setup.separate_direct || !setup.caustic) {
-                draws.push(("shadow", map(self.shared.direct), view, opaque.clone(), seen, 0.0));
+        }
+        if setup.shadows && (setup.separate_direct || !setup.caustic) {
+            for face in 0..setup.direct_faces {
+                let target = (self.shared.direct, self.shared.map_depth, face);
+                draws.push(("shadow", target, setup.direct_view + face, opaque.clone(), seen, 0.0));
             }
         }
         if setup.caustic {
             let emission = |texture| (texture, self.shared.emission_depth, 0);
-            let view = setup.views.start;
+            let view = setup.silhouette_view;
             draws.push(("entry", emission(self.shared.entry), view, all, VISIBILITY_ALL_FACES, 0.0));
             if setup.exits {
                 draws.push(("exit", emission(self.shared.exit), view, glass, VISIBILITY_BACK_FACES, 0.0));
@@ -256,20 +286,24 @@ impl<'a> Caustics<'a> {
                 layer,
             );
         }
-        if self.setups[i].caustic {
-            self.photons(i, &label)?;
+        match self.footprints.clone() {
+            Some(footprints) if self.setups[i].caustic => self.lay_footprints(&footprints, i, &label)?,
+            None if self.setups[i].caustic => self.photons(i, &label)?,
+            _ => {}
         }
         Ok(self.light_step(i, label))
     }
 
     /// First texel of the map of reflected light: behind that of refracted light, if there is one.
-    fn first_reflected(&self, setup: &LightSetup) -> u32 {
+    pub(crate) fn first_reflected(&self, setup: &LightSetup) -> u32 {
         if setup.refracted { self.texels as u32 } else { 0 }
     }
 
     /// What shows where reflected light lands: all matt surfaces, as far as the light sees them.
-    fn reflected_landing(&self, setup: &LightSetup) -> ResourceId {
-        if lands_apart(setup, &self.geometry) {
+    pub(crate) fn reflected_landing(&self, setup: &LightSetup) -> ResourceId {
+        if setup.receiver_view.is_some() {
+            self.shared.landing
+        } else if lands_apart(setup, &self.geometry) {
             self.shared.reflected
         } else if setup.cut {
             self.shared.direct // nothing opaque is a mirror
@@ -290,15 +324,19 @@ impl<'a> Caustics<'a> {
             spot_offset: setup.spot_offset,
             range: setup.range,
             landing_from: if setup.cut { setup.landing_from as f32 } else { 0.0 },
-            direct_view: landing_view,
-            direct_faces: if setup.shadows { faces } else { 0 },
+            direct_view: setup.direct_view,
+            direct_faces: if setup.shadows { setup.direct_faces } else { 0 },
             landing_view,
             landing_faces: if setup.refracted { faces } else { 0 },
-            emission_view: setup.views.start,
+            emission_view: setup.silhouette_view,
             emits: u32::from(setup.caustic),
             reflected_faces: if setup.reflecting != 0 { faces } else { 0 },
             first_reflected: self.first_reflected(setup),
             map_view: setup.map_view,
+            receiver_map: u32::from(setup.receiver_view.is_some()),
+            reserved0: 0,
+            reserved1: 0,
+            reserved2: 0,
         };
         let reflected = self.reflected_landing(setup);
         let (caustic, separate, shadows) = (setup.caustic, setup.separate_direct, setup.shadows);
@@ -402,13 +440,13 @@ impl<'a> Caustics<'a> {
             spot_offset: setup.spot_offset,
             splat_share: splat.share,
             splat_spacing: emission.texel_slope / map.texel_slope,
-            guard_texels: guard_texels(settings.splat, map.size.x) as f32,
+            guard_texels: guard_texels(settings, map.size.x) as f32,
             emission: if self.refinement.is_some() { EMISSION_QUEUE } else { EMISSION_GRID },
             max_groups: self.resources.max_groups(),
             rule: settings.refraction.code(),
             path: PATH_REFRACTED,
             casters: TRIANGLE_REFRACTS,
-            first_ledger: setup.first_band,
+            first_ledger: setup.first_ledger,
             map_view,
             sample_stride: 1,
             reserved0: 0,
@@ -447,7 +485,7 @@ impl<'a> Caustics<'a> {
             path: PATH_REFLECTED,
             exit_reach: reach(reflecting),
             casters: reflecting,
-            first_ledger: setup.first_band + if refracted { self.wavelengths() } else { 0 },
+            first_ledger: setup.first_ledger + if refracted { self.wavelengths() } else { 0 },
             landing_center: setup.reflected_center,
             // Reflected light goes far: its map shows all receivers.
             map_view: landing_view,
@@ -480,7 +518,7 @@ impl<'a> Caustics<'a> {
             let trace_bindings = [
                 self.triangles,
                 self.views,
-                shared.bands,
+                self.bands,
                 shared.optics,
                 shared.entry,
                 exit,
@@ -545,8 +583,11 @@ fn splat_shape(splat: Splat) -> SplatShape {
 
 /// How far beside a surface photons are put down, in texels of a map of `size`: as far as their splats reach what the bilinear
 /// lookup at the surface's edge reads, but not so far that small maps become mostly edge.
-pub(crate) fn guard_texels(splat: Splat, size: u32) -> u32 {
-    match splat {
+pub(crate) fn guard_texels(settings: &Settings, size: u32) -> u32 {
+    if settings.method == Method::Footprint {
+        return 1.min(size / 16); // footprints do not blur
+    }
+    match settings.splat {
         Splat::Point => 0,
         Splat::Gaussian { radius } => (radius + 1).min(size / 4),
         Splat::Auto => (AUTO_MOST_TAPS + 1).min(size / 16),
@@ -557,7 +598,7 @@ pub(crate) fn guard_texels(splat: Splat, size: u32) -> u32 {
 /// are mirrors.
 fn lands_apart(setup: &LightSetup, geometry: &Geometry) -> bool {
     let shows_matt = setup.shadows && geometry.opaque == geometry.matt;
-    setup.reflecting != 0 && setup.cut && !shows_matt
+    setup.reflecting != 0 && setup.receiver_view.is_none() && setup.cut && !shows_matt
 }
 
 /// Most views of any light's map.
@@ -567,7 +608,14 @@ fn map_faces(setups: &[LightSetup]) -> u32 {
 
 /// Texels of the map, of all its views.
 fn map_texels(purpose: &Purpose, setups: &[LightSetup]) -> u64 {
-    u64::from(purpose.map_size).pow(2) * u64::from(map_faces(setups))
+    let [width, height] = landing_size(purpose, setups).map(u64::from);
+    width * height * u64::from(map_faces(setups))
+}
+
+/// Texels of what shows where light may land, which are the map's.
+fn landing_size(purpose: &Purpose, setups: &[LightSetup]) -> [u32; 2] {
+    let receiver_view = setups.iter().find_map(|s| s.receiver_view);
+    receiver_view.map_or([purpose.map_size; 2], |view| view.size.to_array())
 }
 
 fn shared_resources(
@@ -576,7 +624,6 @@ fn shared_resources(
     settings: &Settings,
     purpose: &Purpose,
     geometry: &Geometry,
-    bands: &[Band],
     optics: &[Optics],
 ) -> Result<(Shared, Option<ResourceId>), PlanError> {
     let nothing = resources.nothing();
@@ -585,8 +632,10 @@ fn shared_resources(
     let direct = setups.iter().any(|s| s.shadows && (s.separate_direct || !s.caustic));
     let apart = setups.iter().any(|s| lands_apart(s, geometry));
     let faces = map_faces(setups);
-    let emission = [settings.emission_size; 2];
+    let emission = [silhouette_size(settings); 2];
     let map = [purpose.map_size; 2];
+    let landing_texels = landing_size(purpose, setups);
+    let direct_faces = setups.iter().map(|s| s.direct_faces).max().unwrap_or(1);
     let texels = map_texels(purpose, setups);
     let mut texture = |needed: bool, name: &str, format, size, layers, remedy| {
         if needed { resources.texture(name, format, size, layers, remedy) } else { Ok(nothing) }
@@ -595,15 +644,19 @@ fn shared_resources(
     let entry = texture(caustic, "entry", id, emission, 1, "emission_size")?;
     let exit = texture(exits, "exit", id, emission, 1, "emission_size")?;
     let emission_depth = texture(caustic, "emission depth", depth, emission, 1, "emission_size")?;
-    let landing = texture(caustic, "landing", id, map, faces, "map_size")?;
+    let landing = texture(caustic, "landing", id, landing_texels, faces, "map_size")?;
     let reflected = texture(apart, "landing of reflected light", id, map, faces, "map_size")?;
-    let direct = texture(direct, "shadow", id, map, faces, "map_size")?;
+    let direct = texture(direct, "shadow", id, map, direct_faces, "map_size")?;
     let map_depth = texture(!setups.is_empty(), "map depth", depth, map, 1, "map_size")?;
+    let landing_depth = if landing_texels == map {
+        map_depth
+    } else {
+        texture(caustic, "landing depth", depth, landing_texels, 1, "map_size")?
+    };
     // Where nothing makes a map, the buffer that shading binds is the smallest there is.
     let paths = |s: &LightSetup| u32::from(s.refracted) + u32::from(s.reflecting != 0);
     let paths = setups.iter().map(paths).max().unwrap_or(0);
     let shared = Shared {
-        bands: resources.filled("bands", bands)?,
         optics: resources.filled("optics", optics)?,
         entry,
         exit,
@@ -612,6 +665,7 @@ fn shared_resources(
         reflected,
         direct,
         map_depth,
+        landing_depth,
         map: if caustic { resources.buffer("map", 24 * texels, "map_size")? } else { nothing },
         caustic: if caustic {
             resources.buffer("caustic", 16 * texels * u64::from(paths), "map_size")?

@@ -54,10 +54,16 @@ pub(crate) fn decisions(grounds: &Grounds<'_>, output: &Output<'_>) -> Vec<Decis
         decisions.push(grounds.shading("uv_visibility", format!("which part of `{receiver}` is where")));
     }
     decisions.push(grounds.visibility(output));
-    decisions.extend(grounds.emission());
-    decisions.push(grounds.map_fit(output));
-    decisions.push(grounds.photons("photon_trace", grounds.photon_notes()));
-    decisions.extend(grounds.gaps());
+    if grounds.settings.method == Method::Footprint {
+        decisions.push(grounds.photons("path_trace", grounds.photon_notes()));
+        decisions.push(grounds.map_fit(output));
+        decisions.push(grounds.photons("footprint_splat", grounds.footprint_notes()));
+    } else {
+        decisions.extend(grounds.emission());
+        decisions.push(grounds.map_fit(output));
+        decisions.push(grounds.photons("photon_trace", grounds.photon_notes()));
+        decisions.extend(grounds.gaps());
+    }
     decisions.push(grounds.photons("map_resolve", Vec::new()));
     match output {
         Output::Bake { receiver } => {
@@ -73,15 +79,6 @@ pub(crate) fn decisions(grounds: &Grounds<'_>, output: &Output<'_>) -> Vec<Decis
         }
     }
     decisions
-}
-
-/// A method's name, as on the command line.
-fn method_name(method: Method) -> &'static str {
-    match method {
-        Method::CausticsMap => "caustics-map",
-        Method::Acm => "acm",
-        Method::Asm => "asm",
-    }
 }
 
 fn decision(pass: &str, kept: bool, reason: String) -> Decision {
@@ -232,11 +229,15 @@ impl Grounds<'_> {
         }
         let exit = match (setup.exits, self.settings.interfaces) {
             _ if !setup.refracted => "exit: not drawn, no light goes into glass",
+            (false, _) if self.settings.method == Method::Footprint => "exit: not drawn, paths are traced",
             (true, _) => "exit: drawn, light leaves glass by its back faces",
             (false, Interfaces::One) => "exit: not drawn, one interface was asked for",
             (false, Interfaces::Two) => "exit: not drawn, no face of glass points away from the light",
         };
         let landing = match (setup.shadows, setup.separate_direct) {
+            (true, true) if setup.receiver_view.is_some() => {
+                "shadow: drawn apart from landing, which is what the receiver's texture sees"
+            }
             (true, true) if setup.cut => {
                 "shadow: drawn apart from landing, opaque surfaces stand before the glass"
             }
@@ -263,7 +264,7 @@ impl Grounds<'_> {
     }
 
     fn emission(&self) -> [Decision; 2] {
-        let method = method_name(self.settings.method);
+        let method = self.settings.method.name();
         let (kept, reason) = match (self.caustic(), self.settings.emission()) {
             (false, _) => (false, self.photon_reason()),
             (true, Emission::Grid) => (false, format!("{method}: a photon per texel of the emission view")),
@@ -282,17 +283,44 @@ impl Grounds<'_> {
 
     fn map_fit(&self, output: &Output<'_>) -> Decision {
         let kept = self.setups.iter().any(LightSetup::fits_map);
-        let method = method_name(self.settings.method);
+        let method = self.settings.method.name();
         let reason = if !self.caustic() {
             self.photon_reason()
         } else if kept {
-            format!("{method}: a part of the photons tells where light lands, and the map shows no more")
+            let tells = match self.settings.method {
+                Method::Footprint => "the paths of whole cells tell",
+                _ => "a part of the photons tells",
+            };
+            format!("{method}: {tells} where light lands, and the map shows no more")
         } else if self.settings.map_fit() == MapFit::Landings && matches!(output, Output::Bake { .. }) {
-            "no finer map would be resolved by the bake's samples".into()
+            if self.setups.iter().any(|s| s.receiver_view.is_some()) {
+                "the map holds the receiver's own texels".into()
+            } else {
+                "no finer map would be resolved by the bake's samples".into()
+            }
         } else {
             format!("{method}: the map shows all that may be lit")
         };
         decision("map_fit", kept, reason)
+    }
+
+    /// How cells are split, and where each light's land.
+    fn footprint_notes(&self) -> Vec<String> {
+        if !self.caustic() {
+            return Vec::new();
+        }
+        let splits = match self.settings.cell_splits {
+            0 => "cells are not split".to_owned(),
+            splits => format!("cells whose paths go apart are split up to {splits} times along each side"),
+        };
+        let maps = self.setups.iter().filter(|s| s.caustic).map(|setup| {
+            let map = match setup.receiver_view {
+                Some(_) => "light lands on the receiver's own texels",
+                None => "light lands on a map seen from the light",
+            };
+            format!("{}: {map}", self.light_name(setup.index))
+        });
+        std::iter::once(splits).chain(maps).collect()
     }
 
     /// What was done to the glass, and the wavelengths of each light.
@@ -334,7 +362,7 @@ impl Grounds<'_> {
         } else if !self.refracted() {
             "no light goes into glass, and reflection does not split it".into()
         } else if self.settings.gap_filling() == GapFilling::None {
-            format!("{}: no gap filling was asked for", method_name(self.settings.method))
+            format!("{}: no gap filling was asked for", self.settings.method.name())
         } else if kept {
             format!("gaps between wavelengths: {}", kept_for("dispersion", dispersion))
         } else if self.setups.iter().all(one) {

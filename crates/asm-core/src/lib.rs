@@ -5,16 +5,20 @@
 //! over visibility buffers; see [`passes`] for the passes and `shaders/` for their WGSL. The map holds XYZ in
 //! 64-bit fixed point, so the same plan gives the same bits twice, and every photon's flux is accounted for.
 //!
-//! Left out: reflected light (counted, not mapped), internal reflections, a second refractor on a photon's way.
+//! [`Method::Footprint`] is our own: cells of the light's view whose few wavelengths are traced through the scene's geometry, with
+//! internal reflections and through several refractors, and laid down as a continuous function of place and wavelength.
 
 mod bake;
 mod bands;
+mod bvh;
 mod caustics;
 mod decisions;
 pub mod display;
 mod emission;
 mod error;
+mod faces;
 mod flicker;
+mod footprints;
 mod gaps;
 mod geometry;
 mod glass_view;

@@ -14,8 +14,8 @@ use crate::shared::flux::QUANTUM;
 use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS, Triangle};
 use crate::shared::view::View;
 use crate::statistics::LightBooks;
-use crate::view_fit::{Grid, Source, fit, fit_one};
-use crate::{GapFilling, Interfaces, MapFit, PlanError, Reflections, Settings, WorkingSpace};
+use crate::view_fit::{Grid, Source, fit, fit_one, texture_view};
+use crate::{GapFilling, Interfaces, MapFit, Method, PlanError, Reflections, Settings, WorkingSpace};
 
 /// Largest number of photons of a light: 2^30 units each, added up in 64 bits.
 const MAX_PHOTONS: u64 = 1 << 34;
@@ -30,6 +30,8 @@ pub(crate) struct Purpose {
     pub(crate) map_size: u32,
     /// How much finer a map the result still resolves.
     pub(crate) most_zoom: f64,
+    /// Texels of a bake: where light may land is then seen as the receiver's texture sees it, if it can be.
+    pub(crate) texels: Option<UVec2>,
     /// A view besides the lights', which becomes the last in `views`.
     pub(crate) camera: Option<View>,
 }
@@ -43,13 +45,27 @@ pub(crate) enum Receivers {
     Opaque,
 }
 
+/// Least texels along each side of the view that shows what the glass shades.
+const LEAST_SILHOUETTE: u32 = 512;
+
+/// Texels along each side of the view that shows what the glass shades.
+pub(crate) fn silhouette_size(settings: &Settings) -> u32 {
+    match settings.method {
+        Method::Footprint => settings.emission_size.max(LEAST_SILHOUETTE),
+        _ => settings.emission_size,
+    }
+}
+
 /// One light, ready to be turned into steps.
 pub(crate) struct LightSetup {
     pub(crate) name: String,
     pub(crate) index: usize,
     pub(crate) source: Source,
     pub(crate) bands: LightBands,
+    /// First row in `bands` and `optics`.
     pub(crate) first_band: u32,
+    /// First row of refracted light in the ledger.
+    pub(crate) first_ledger: u32,
     /// In `views`: emission if there are photons, then landing, then the map's if they are others.
     pub(crate) views: Range<u32>,
     /// First view of where light may land; each is a face of the map.
@@ -58,6 +74,14 @@ pub(crate) struct LightSetup {
     pub(crate) faces: u32,
     /// First of as many views of the map: the landing views, or such that the device fits.
     pub(crate) map_view: u32,
+    /// View of the casters that shows what they shade: the emission view, but for footprints, whose cells are few.
+    pub(crate) silhouette_view: u32,
+    /// What the receiver's texture sees, where that is the landing view.
+    pub(crate) receiver_view: Option<View>,
+    /// First view that shadows are sought in.
+    pub(crate) direct_view: u32,
+    /// Number of those views.
+    pub(crate) direct_faces: u32,
     /// There are photons.
     pub(crate) caustic: bool,
     /// Photons that go into glass.
@@ -110,11 +134,11 @@ impl LightSetup {
         let extent = texel_extent(emission) * area / f64::from(QUANTUM);
         LightBooks {
             name: self.name.clone(),
-            refracted_row: self.refracted.then_some(self.first_band),
+            refracted_row: self.refracted.then_some(self.first_ledger),
             reflected_row: (self.reflecting != 0)
-                .then_some(self.first_band + if self.refracted { wavelengths } else { 0 }),
+                .then_some(self.first_ledger + if self.refracted { wavelengths } else { 0 }),
             wavelengths_nm: self.bands.wavelengths_nm.clone(),
-            lumens_per_unit: self.bands.weights_xyz.iter().map(|xyz| xyz[1] * extent).collect(),
+            lumens_per_unit: self.bands.lumens_per_unit(extent),
             levels: refinement.map_or(0, |r| r.levels()),
             coarsest_cells: refinement.map_or(0, |r| r.coarsest_cells()),
             lumens_per_map_unit: self.gaps.then_some(self.bands.largest * extent),
@@ -150,7 +174,13 @@ pub(crate) fn light_setups(
         Receivers::Opaque => glasses.iter().map(Glass::reflectance).collect(),
     };
     let (mut setups, mut views) = (Vec::new(), Vec::new());
-    let mut first_band = 0;
+    let (mut first_band, mut first_ledger) = (0, 0);
+    let receiver_view = match (purpose.receivers, purpose.texels) {
+        (Receivers::Object(object), Some(texels)) => texture_view(geometry, object, texels, REACH),
+        _ => None,
+    };
+    // Cells have all glass within them: none is cut by the view's edge.
+    let emission_guard = u32::from(settings.method == Method::Footprint);
     for index in chosen {
         let light = &scene.lights[index];
         let bands = LightBands::new(light, settings, one, &reflectances)?;
@@ -162,19 +192,42 @@ pub(crate) fn light_setups(
         let emission_size = UVec2::splat(settings.emission_size);
         if caustic {
             let corners = geometry.flagged_corners(casters);
-            views.push(fit_one(source, corners, Grid::of(emission_size, 0), REACH, &light.name)?);
+            views.push(fit_one(
+                source,
+                corners,
+                Grid::of(emission_size, emission_guard),
+                REACH,
+                &light.name,
+            )?);
         }
+        let silhouette_view = if caustic && settings.method == Method::Footprint {
+            let corners = geometry.flagged_corners(casters);
+            let grid = Grid::of(UVec2::splat(silhouette_size(settings)), 0);
+            views.push(fit_one(source, corners, grid, REACH, &light.name)?);
+            first_view + 1
+        } else {
+            first_view
+        };
         let landing_from = source.nearest(geometry.refractor_corners(), REACH);
         let landing_from = if landing_from.is_finite() { landing_from } else { 0.0 };
-        let map = Grid::of(UVec2::splat(purpose.map_size), guard_texels(settings.splat, purpose.map_size));
-        let landing_view = views.len() as u32;
-        let landing = match purpose.receivers {
+        let map = Grid::of(UVec2::splat(purpose.map_size), guard_texels(settings, purpose.map_size));
+        let direct_view = views.len() as u32;
+        let direct = match purpose.receivers {
             Receivers::Object(object) => fit(source, geometry.object_corners(object), map, REACH),
             Receivers::Opaque => fit(source, geometry.matt_corners(), map, REACH),
         };
+        let direct_faces = direct.len() as u32;
+        views.extend(&direct);
+        let receiver_view = receiver_view.filter(|_| caustic);
+        let (landing_view, landing) = match receiver_view {
+            Some(view) => (views.len() as u32, vec![view]),
+            None => (direct_view, direct),
+        };
         let faces = landing.len() as u32;
-        views.extend(&landing);
-        let finer = settings.map_fit() == MapFit::Landings && (purpose.most_zoom > 1.0 || !settings.prune);
+        views.extend(receiver_view);
+        let finer = receiver_view.is_none()
+            && settings.map_fit() == MapFit::Landings
+            && (purpose.most_zoom > 1.0 || !settings.prune);
         let map_view = if refracted && finer {
             let map_view = views.len() as u32;
             views.extend(&landing);
@@ -194,29 +247,36 @@ pub(crate) fn light_setups(
                 max,
             });
         }
-        let cut =
-            refracted && (!settings.prune || source.nearest(geometry.matt_corners(), REACH) < landing_from);
+        let cut = refracted
+            && receiver_view.is_none()
+            && (!settings.prune || source.nearest(geometry.matt_corners(), REACH) < landing_from);
         let (spot_axis, spot_scale, spot_offset, range_m) = cone(&light.shape);
-        let wavelengths = bands.wavelengths_nm.len() as u32;
+        let (rows, wavelengths) = (bands.rows(), bands.wavelengths_nm.len() as u32);
         setups.push(LightSetup {
             name: light.name.clone(),
             index,
             source,
             bands,
             first_band,
+            first_ledger,
             views: first_view..views.len() as u32,
             landing_view,
             faces,
             map_view,
+            silhouette_view,
+            receiver_view,
+            direct_view,
+            direct_faces,
             caustic,
             refracted,
             reflecting,
             gaps,
             exits: refracted
+                && settings.method != Method::Footprint
                 && settings.interfaces == Interfaces::Two
                 && (!settings.prune || faces_away(source, &geometry.triangles[geometry.opaque as usize..])),
             cut,
-            separate_direct: caustic && (cut || has_mirrors),
+            separate_direct: caustic && (cut || has_mirrors || receiver_view.is_some()),
             shadows: effects.shadows.on || !settings.prune,
             landing_from,
             landing_center: landing_center(source, geometry, purpose.receivers, landing_from),
@@ -226,7 +286,8 @@ pub(crate) fn light_setups(
             spot_offset: spot_offset as f32,
             range: range_m.map_or(0.0, |range_m| range_m / space.metres_per_unit) as f32,
         });
-        first_band += wavelengths;
+        first_band += rows;
+        first_ledger += wavelengths;
     }
     Ok((setups, views))
 }

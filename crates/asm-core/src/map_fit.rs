@@ -87,12 +87,27 @@ impl Caustics<'_> {
 
         let spacing = trace.splat_spacing.as_dvec2();
         let zoom = (widest_spacing(self.settings.splat) / spacing).min(DVec2::splat(self.most_zoom));
+        self.fit_views(bounds, label, [trace.landing_view, trace.map_view, trace.landing_faces], zoom, size);
+        Ok(())
+    }
+
+    /// The step that writes a map's views, from the bounds of landings: first landing view, first view of the map, number of each;
+    /// at most `zoom` times as fine.
+    pub(crate) fn fit_views(
+        &mut self,
+        bounds: ResourceId,
+        label: &str,
+        views: [u32; 3],
+        zoom: DVec2,
+        size: f32,
+    ) {
+        let [landing_view, map_view, faces] = views;
         let least = (f64::from(CELLS) / zoom).ceil().clamp(DVec2::ONE, DVec2::splat(CELLS.into()));
-        let guard = guard_texels(self.settings.splat, photons.map_size) as f32;
+        let guard = guard_texels(self.settings, size as u32) as f32;
         let fit = MapFit {
-            landing_view: trace.landing_view,
-            map_view: trace.map_view,
-            faces: trace.landing_faces,
+            landing_view,
+            map_view,
+            faces,
             cells: CELLS,
             least: UVec2::new(least.x as u32, least.y as u32),
             margin: MARGIN,
@@ -100,6 +115,5 @@ impl Caustics<'_> {
         };
         let bindings = [bounds, self.views].map(Bound::from).to_vec();
         self.dispatch("map_fit", label, &fit, bindings, [1, 1, 1]);
-        Ok(())
     }
 }

@@ -102,6 +102,7 @@ pub(crate) fn plan(
         receivers: Receivers::Opaque,
         map_size: settings.map_size.unwrap_or(DEFAULT_MAP_SIZES.0),
         most_zoom: f64::INFINITY,
+        texels: None,
         camera: Some(camera_view(seen_by, UVec2::from(sampled), &space, REACH)),
     };
     let mut caustics = Caustics::new(cache, scene, settings, limits, &purpose)?;

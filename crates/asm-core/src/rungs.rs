@@ -59,6 +59,13 @@ pub const LADDER: &[Axes] = &[
         gap_filling: &[GapFilling::None, GapFilling::Disc],
         ..COMMON
     },
+    Axes {
+        method: Method::Footprint,
+        wavelengths: &[1, 3, 4],
+        emission_size: &[64, 128, 256],
+        map_size: &[512],
+        ..COMMON
+    },
 ];
 
 const fn levels(levels: u32) -> Emission {

@@ -6,6 +6,7 @@ use spectral_core::wavelengths::{DEFAULT_RANGE_NM, Scheme};
 
 use crate::PlanError;
 use crate::shared::crossing::{RULE_FRESNEL, RULE_GLSL};
+use crate::shared::footprint::MOST_NODES;
 
 /// How caustics are made.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -18,6 +19,9 @@ pub enum Method {
     Acm,
     /// Adaptive spectral mapping (Blanchette & Agu 2013): as [`Method::Acm`], split into wavelengths, gaps filled.
     Asm,
+    /// Spectral footprints: cells of light, few wavelengths each, laid down as a continuous function of place and wavelength
+    /// along paths through the scene's geometry.
+    Footprint,
 }
 
 impl Method {
@@ -28,6 +32,7 @@ impl Method {
             Self::CausticsMap => "caustics-map",
             Self::Acm => "acm",
             Self::Asm => "asm",
+            Self::Footprint => "footprint",
         }
     }
 }
@@ -175,7 +180,7 @@ pub struct Settings {
     pub range_nm: Option<(f64, f64)>,
     /// The colour-matching functions behind XYZ.
     pub observer: Observer,
-    /// Texels of the emission view, along each side.
+    /// Texels of the emission view, along each side; [`Method::Footprint`] has a cell between each four of them.
     pub emission_size: u32,
     /// Where photons start; `None` is [`Emission::Grid`] for [`Method::CausticsMap`], 6 levels for [`Method::Acm`] and 3 for
     /// [`Method::Asm`].
@@ -210,6 +215,10 @@ pub struct Settings {
     /// How a camera sees glass; `None` is [`GlassView::Straight`] for [`Method::CausticsMap`] and [`GlassView::Deferred`] for the
     /// others.
     pub glass_view: Option<GlassView>,
+    /// Reflections inside glass that light is followed through, for [`Method::Footprint`]; the others follow none.
+    pub bounces: u32,
+    /// How often a cell of [`Method::Footprint`] may be split where its paths go apart.
+    pub cell_splits: u32,
     /// Total reflections inside glass that the camera's rays follow; the papers follow none.
     pub view_bounces: u32,
     /// How a photon is put into the map.
@@ -253,6 +262,8 @@ impl Default for Settings {
             refraction: RefractionRule::Fresnel,
             reflections: Reflections::Mirrors,
             glass_view: None,
+            bounces: 3,
+            cell_splits: 2,
             view_bounces: 3,
             splat: Splat::Auto,
             bake_samples: 4,
@@ -283,12 +294,17 @@ impl Settings {
 
     /// The defaults of a method.
     pub fn of(method: Method) -> Self {
-        Self { method, ..Self::default() }
+        let emission_size = if method == Method::Footprint { 128 } else { Self::default().emission_size };
+        Self { method, emission_size, ..Self::default() }
     }
 
     /// Number of wavelengths.
     pub fn wavelength_count(&self) -> u32 {
-        self.wavelengths.unwrap_or(if self.method == Method::Acm { 1 } else { 7 })
+        self.wavelengths.unwrap_or(match self.method {
+            Method::Acm => 1,
+            Method::Footprint => 3,
+            Method::CausticsMap | Method::Asm => 7,
+        })
     }
 
     /// How wavelengths are chosen.
@@ -308,8 +324,11 @@ impl Settings {
 
     /// Where photons start.
     pub fn emission(&self) -> Emission {
+        if self.method == Method::Footprint {
+            return Emission::Grid; // cells are split where they need it
+        }
         self.emission.unwrap_or(match self.method {
-            Method::CausticsMap => Emission::Grid,
+            Method::CausticsMap | Method::Footprint => Emission::Grid,
             Method::Acm => Emission::Adaptive { levels: 6 },
             Method::Asm => Emission::Adaptive { levels: 3 },
         })
@@ -321,7 +340,7 @@ impl Settings {
             return MapFit::Receivers;
         }
         self.map_fit.unwrap_or(match self.method {
-            Method::CausticsMap | Method::Acm => MapFit::Landings,
+            Method::CausticsMap | Method::Acm | Method::Footprint => MapFit::Landings,
             Method::Asm => MapFit::Receivers,
         })
     }
@@ -330,7 +349,7 @@ impl Settings {
     pub fn gap_filling(&self) -> GapFilling {
         self.gap_filling.unwrap_or(match self.method {
             Method::Asm => GapFilling::Disc,
-            Method::CausticsMap | Method::Acm => GapFilling::None,
+            Method::CausticsMap | Method::Acm | Method::Footprint => GapFilling::None,
         })
     }
 
@@ -338,7 +357,7 @@ impl Settings {
     pub fn glass_view(&self) -> GlassView {
         self.glass_view.unwrap_or(match self.method {
             Method::CausticsMap => GlassView::Straight,
-            Method::Acm | Method::Asm => GlassView::Deferred,
+            Method::Acm | Method::Asm | Method::Footprint => GlassView::Deferred,
         })
     }
 
@@ -351,6 +370,12 @@ impl Settings {
         check_count("gap_radius", self.gap_radius, 1, 15)?;
         check_count("gap_samples", self.gap_samples, 1, 64)?;
         check_count("gap_threshold", self.gap_threshold, 1, 1000)?;
+        check_count("bounces", self.bounces, 0, 7)?;
+        check_count("cell_splits", self.cell_splits, 0, 8)?;
+        if self.method == Method::Footprint {
+            check_count("emission_size", self.emission_size, 2, 16_384)?;
+            check_count("wavelengths", self.wavelength_count(), 1, MOST_NODES as u32)?;
+        }
         check_count("view_bounces", self.view_bounces, 0, 64)?;
         check_count("bake_samples", self.bake_samples, 1, 16)?;
         check_count("picture_samples", self.picture_samples, 1, 16)?;

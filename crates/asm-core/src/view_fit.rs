@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3, UVec2, Vec2};
 use spectral_scene::{Camera, Light, LightShape};
 
-use crate::geometry::bounds;
+use crate::geometry::{Geometry, bounds};
 use crate::shared::view::View;
 use crate::{PlanError, WorkingSpace};
 
@@ -163,6 +163,51 @@ fn fit_parallel(direction: DVec3, points: impl Iterator<Item = DVec3>, grid: Gri
         far: depth + 1.1 * reach,
     };
     view(&frame, low.truncate(), high.truncate(), grid)
+}
+
+/// Share of a receiver's size that its corners may lie beside the plane, or its texture beside a rectangle.
+const FLAT: f64 = 1e-4;
+
+/// What a receiver's texture sees: a view straight onto its front whose texels are the texture's. `None` where the receiver is not
+/// a plane, or its texture does not lie on it as a rectangle.
+pub(crate) fn texture_view(geometry: &Geometry, object: usize, texels: UVec2, reach: f64) -> Option<View> {
+    let range = geometry.objects[object].clone();
+    let triangles = &geometry.triangles[range.start as usize..range.end as usize];
+    let corners = triangles.iter().flat_map(|t| [t.p0, t.p1, t.p2]).map(|p| p.as_dvec3());
+    let uvs = geometry.corner_uvs.iter().map(|uv| uv.as_dvec2());
+    let corners: Vec<(DVec3, DVec2)> = corners.zip(uvs).collect();
+    let [(p, uv), (p1, uv1), (p2, uv2)] = corners.first_chunk::<3>()?;
+    let (e1, e2, d1, d2) = (p1 - p, p2 - p, uv1 - uv, uv2 - uv);
+    let area = d1.perp_dot(d2);
+    // Along u and v, per whole texture.
+    let along_u = (e1 * d2.y - e2 * d1.y) / area;
+    let along_v = (e2 * d1.x - e1 * d2.x) / area;
+    let size = along_u.length().min(along_v.length());
+    let square = along_u.dot(along_v).abs() <= FLAT * along_u.length() * along_v.length();
+    if !(area.is_finite() && size.is_finite() && size > 0.0 && square) {
+        return None;
+    }
+    let origin = p - uv.x * along_u - uv.y * along_v;
+    let flat =
+        |(p, uv): &(DVec3, DVec2)| (origin + uv.x * along_u + uv.y * along_v - p).length() <= FLAT * size;
+    let front = e1.cross(e2).normalize();
+    let one_side = triangles.iter().all(|t| t.scaled_normal().as_dvec3().dot(front) > 0.0);
+    if !corners.iter().all(flat) || !one_side {
+        return None;
+    }
+    let axes = [along_u.normalize(), -along_v.normalize(), -front];
+    let depth = start_depth(reach);
+    let center = origin + 0.5 * (along_u + along_v);
+    let middle = DVec2::new(center.dot(axes[0]), center.dot(axes[1]));
+    let half = 0.5 * DVec2::new(along_u.length(), along_v.length());
+    let frame = Frame {
+        eye: -depth * axes[2],
+        axes,
+        perspective: false,
+        near: depth - 1.1 * reach,
+        far: depth + 1.1 * reach,
+    };
+    Some(view(&frame, middle - half, middle + half, Grid { size: texels, margin: 0.0 }))
 }
 
 /// The opening in degrees as an error where it is too wide.

@@ -4,17 +4,21 @@ use asm_core::PASSES;
 use asm_core::display::{DISPLAY_WGSL, DisplayParams};
 use asm_core::passes::coverage_mip::{COVERAGE_MIP, CoverageMip};
 use asm_core::passes::deferred_refraction::{DEFERRED_REFRACTION, DeferredRefraction, ViewBand};
+use asm_core::passes::footprint_splat::{FOOTPRINT_SPLAT, FootprintSplat, RunningBand};
 use asm_core::passes::gap_fill::{GAP_FILL, GapFill};
 use asm_core::passes::gap_mask::{GAP_MASK, GapMask};
 use asm_core::passes::gap_reach::{GAP_REACH, GapReach};
 use asm_core::passes::map_fit::{MAP_FIT, MapFit};
 use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
+use asm_core::passes::path_trace::{PATH_TRACE, PathTrace};
 use asm_core::passes::photon_refine::{PHOTON_REFINE, PhotonRefine};
 use asm_core::passes::photon_trace::{Band, PHOTON_TRACE, PhotonTrace};
 use asm_core::passes::receiver_bake::{RECEIVER_BAKE, ReceiverBake};
 use asm_core::passes::shade::{SHADE, Shade, Surface};
 use asm_core::passes::uv_visibility::{UV_VISIBILITY, UvVisibility};
 use asm_core::passes::visibility::{VISIBILITY, Visibility};
+use asm_core::shared::bvh::BvhNode;
+use asm_core::shared::footprint::{PathEnds, PathLanding};
 use asm_core::shared::irradiance::Light;
 use asm_core::shared::optics::Optics;
 use asm_core::shared::triangle::Triangle;
@@ -36,13 +40,18 @@ fn view() -> HostLayout {
 }
 
 fn triangle() -> HostLayout {
-    layout!(Triangle as "Triangle" { p0, material, p1, object, p2, flags, n0, reserved0, n1, reserved1, n2, reserved2 })
+    layout!(Triangle as "Triangle" { p0, material, p1, object, p2, flags, n0, face, n1, reserved1, n2, reserved2 })
+}
+
+fn path_landing() -> HostLayout {
+    layout!(PathLanding as "PathLanding" { texel, length, part, way, end, place, medium })
 }
 
 fn light() -> HostLayout {
     layout!(Light as "Light" {
         xyz, metres_per_unit, spot_axis, spot_scale, spot_offset, range, landing_from, direct_view, direct_faces,
-        landing_view, landing_faces, emission_view, emits, reflected_faces, first_reflected, map_view,
+        landing_view, landing_faces, emission_view, emits, reflected_faces, first_reflected, map_view, receiver_map,
+        reserved0, reserved1, reserved2,
     })
 }
 
@@ -65,6 +74,26 @@ fn every_struct_has_the_layout_of_its_wgsl() {
                 path, casters, first_ledger, map_view, sample_stride, reserved0, reserved1, reserved2,
             }),
         ),
+        (
+            &PATH_TRACE,
+            layout!(PathTrace as "PathTrace" {
+                emission_view, landing_view, landing_faces, nodes, orders, bins, materials, first_optics, queue,
+                max_groups, path, casters, rule, range, keeps_bounds, reserved0,
+            }),
+        ),
+        (&PATH_TRACE, layout!(BvhNode as "BvhNode" { low, first, high, count })),
+        (&PATH_TRACE, path_landing()),
+        (&PATH_TRACE, layout!(PathEnds as "PathEnds" { end, reflected, absorbed, kept_inside })),
+        (
+            &FOOTPRINT_SPLAT,
+            layout!(FootprintSplat as "FootprintSplat" {
+                emission_view, landing_view, map_view, first_band, nodes, orders, materials, first_optics, bins,
+                most_level, queue, next, capacity, first_ledger, max_groups, spot_scale, spot_axis, spot_offset,
+                silhouette_view, first_caster, end_caster, most_edge_level, task, reserved0, reserved1, reserved2,
+            }),
+        ),
+        (&FOOTPRINT_SPLAT, layout!(RunningBand as "RunningBand" { weight, reserved0, moment, reserved1 })),
+        (&FOOTPRINT_SPLAT, path_landing()),
         (&COVERAGE_MIP, layout!(CoverageMip as "CoverageMip" { level, casters, size })),
         (
             &GAP_MASK,

@@ -108,7 +108,7 @@ pub(crate) struct RenderArgs {
 /// What `bake` and `render` share.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
-    /// How light is computed: reference, caustics-map, acm or asm.
+    /// How light is computed: reference, caustics-map, acm, asm or footprint.
     #[arg(long, value_name = "METHOD", default_value = "caustics-map")]
     pub(crate) method: Method,
     /// Number of wavelengths [default: the method's].
@@ -201,7 +201,7 @@ const CHOSEN_BY_PRICE: [&str; 16] = [
 pub(crate) struct PlanArgs {
     /// glTF file or bundled scene.
     pub(crate) scene: String,
-    /// Method to plan for: caustics-map, acm or asm.
+    /// Method to plan for: caustics-map, acm, asm or footprint.
     #[arg(long, value_name = "METHOD", default_value = "caustics-map")]
     pub(crate) method: Method,
     /// Number of wavelengths [default: the method's].

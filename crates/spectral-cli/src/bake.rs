@@ -22,7 +22,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), CliError> {
 
     let (maps, work) = match run.method {
         Method::Reference => reference::bake(scene, receiver, *size, run, &mut times)?,
-        Method::CausticsMap | Method::Acm | Method::Asm => {
+        Method::CausticsMap | Method::Acm | Method::Asm | Method::Footprint => {
             caustics::bake(scene, receiver, *size, run, &mut times)?
         }
     };

@@ -68,7 +68,7 @@ fn settings(
 ) -> Result<(Settings, Option<Price>), CliError> {
     let Some(wish) = run.price.wish() else {
         let method = run.method.planned().unwrap_or_default();
-        return Ok((run.plan.settings(method, run.wavelengths), None));
+        return Ok((run.plan.settings(method, run.wavelengths, run.bounces), None));
     };
     let subject = subject.ok_or_else(|| {
         CliError::failed("the scene has no opaque object with texture coordinates to take errors on")

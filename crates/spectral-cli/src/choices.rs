@@ -17,11 +17,13 @@ pub enum Method {
     Acm,
     /// Adaptive spectral mapping (Blanchette & Agu).
     Asm,
+    /// Spectral footprints along traced paths.
+    Footprint,
 }
 
 impl Method {
     /// All that are built.
-    pub const ALL: [Self; 4] = [Self::Reference, Self::CausticsMap, Self::Acm, Self::Asm];
+    pub const ALL: [Self; 5] = [Self::Reference, Self::CausticsMap, Self::Acm, Self::Asm, Self::Footprint];
 
     /// The method of plans; the reference has none.
     #[must_use]
@@ -31,6 +33,7 @@ impl Method {
             Self::CausticsMap => Some(asm_core::Method::CausticsMap),
             Self::Acm => Some(asm_core::Method::Acm),
             Self::Asm => Some(asm_core::Method::Asm),
+            Self::Footprint => Some(asm_core::Method::Footprint),
         }
     }
 
@@ -42,6 +45,7 @@ impl Method {
             Self::CausticsMap => "caustics-map",
             Self::Acm => "acm",
             Self::Asm => "asm",
+            Self::Footprint => "footprint",
         }
     }
 }
@@ -50,7 +54,7 @@ impl FromStr for Method {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(text, &Self::ALL.map(|m| (m.name(), m)), &["footprint"])
+        choose(text, &Self::ALL.map(|m| (m.name(), m)), &[])
     }
 }
 

@@ -43,7 +43,7 @@ struct ResourceSummary {
 }
 
 pub(crate) fn run(args: &PlanArgs) -> Result<(), CliError> {
-    let settings = args.plan.settings(args.method.of_plan()?, args.wavelengths);
+    let settings = args.plan.settings(args.method.of_plan()?, args.wavelengths, None);
     let opened = scene_argument::open(&args.scene)?;
     let scene = &opened.scene;
     let limits = CpuExecutor::new(PASSES, None).map_err(CliError::failed)?.limits();

@@ -27,7 +27,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), CliError> {
 
     let (picture, work) = match run.method {
         Method::Reference => reference::render(scene, CAMERA, *size, run, &mut times)?,
-        Method::CausticsMap | Method::Acm | Method::Asm => {
+        Method::CausticsMap | Method::Acm | Method::Asm | Method::Footprint => {
             caustics::render(scene, CAMERA, *size, run, &mut times)?
         }
     };

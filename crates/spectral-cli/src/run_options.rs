@@ -12,7 +12,7 @@ impl Method {
     /// The one way through glass that the method has.
     pub(crate) fn refraction(self) -> Refraction {
         match self {
-            Self::Reference => Refraction::Traced,
+            Self::Reference | Self::Footprint => Refraction::Traced,
             Self::CausticsMap | Self::Acm | Self::Asm => Refraction::ImageSpace,
         }
     }
@@ -24,7 +24,7 @@ impl Method {
     pub(crate) fn of_plan(self) -> Result<asm_core::Method, CliError> {
         self.planned().ok_or_else(|| {
             let problem =
-                "--method reference has no plan, it traces the scene itself; there is: caustics-map, acm, asm";
+                "--method reference has no plan, it traces the scene itself; there is: caustics-map, acm, asm, footprint";
             CliError::Usage(problem.into())
         })
     }
@@ -61,14 +61,14 @@ impl RunArgs {
         }
         match self.method {
             Method::Reference => self.check_reference(),
-            Method::CausticsMap | Method::Acm | Method::Asm => self.check_planned(),
+            Method::CausticsMap | Method::Acm | Method::Asm | Method::Footprint => self.check_planned(),
         }
     }
 
     fn check_reference(&self) -> Result<(), CliError> {
         if let Some(option) = self.plan.given() {
             return usage(format!(
-                "{option} goes with --method caustics-map, acm and asm, and the method is reference"
+                "{option} goes with --method caustics-map, acm, asm and footprint, and the method is reference"
             ));
         }
         let gpu = match self.backend {
@@ -94,7 +94,9 @@ impl RunArgs {
                 ));
             }
         }
-        if let Some(bounces) = self.bounces.filter(|&bounces| bounces > 0) {
+        if self.method != Method::Footprint
+            && let Some(bounces) = self.bounces.filter(|&bounces| bounces > 0)
+        {
             messages::warn(&format!(
                 "--bounces {bounces} is not used: --method {method} follows no internal reflections"
             ));
@@ -124,10 +126,16 @@ impl PlanOptions {
     }
 
     /// Settings of a method with these options.
-    pub(crate) fn settings(&self, method: asm_core::Method, wavelengths: Option<usize>) -> Settings {
+    pub(crate) fn settings(
+        &self,
+        method: asm_core::Method,
+        wavelengths: Option<usize>,
+        bounces: Option<u32>,
+    ) -> Settings {
         let defaults = Settings::of(method);
         Settings {
             wavelengths: wavelengths.map(|n| n as u32),
+            bounces: bounces.unwrap_or(defaults.bounces),
             scheme: self.scheme,
             emission: self.levels.map(|levels| match levels {
                 0 => Emission::Grid,

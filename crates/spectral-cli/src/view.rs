@@ -60,7 +60,7 @@ impl ViewArgs {
     /// # Errors
     /// A usage error for the reference, which has no plan.
     pub fn settings(&self) -> Result<Settings, CliError> {
-        let settings = self.plan.settings(self.method.of_plan()?, self.wavelengths);
+        let settings = self.plan.settings(self.method.of_plan()?, self.wavelengths, None);
         let emission_size = self.emission.unwrap_or(settings.emission_size);
         Ok(Settings { emission_size, map_size: self.map, ..settings })
     }

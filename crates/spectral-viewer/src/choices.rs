@@ -18,6 +18,15 @@ pub(crate) fn methods() -> impl Iterator<Item = (&'static str, Method)> {
     spectral_cli::Method::ALL.into_iter().filter_map(|m| Some((m.name(), m.planned()?)))
 }
 
+/// Switches to another method. Footprints take sizes of their own: a cell is worth many photons.
+pub(crate) fn take_method(settings: &mut Settings, method: Method) {
+    if (settings.method == Method::Footprint) != (method == Method::Footprint) {
+        settings.emission_size = Settings::of(method).emission_size;
+        settings.wavelengths = None;
+    }
+    settings.method = method;
+}
+
 /// What runs plans for the window.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Runner {
@@ -94,7 +103,7 @@ mod tests {
     #[test]
     fn every_planned_method_can_be_chosen() {
         let names: Vec<_> = methods().map(|(name, _)| name).collect();
-        assert_eq!(names, ["caustics-map", "acm", "asm"]);
+        assert_eq!(names, ["caustics-map", "acm", "asm", "footprint"]);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use egui::{
 use frame_plan::Decision;
 use spectral_cli::GAP_FILLINGS;
 
-use crate::choices::{COARSENESSES, Runner, SAMPLES, SIDES, WAVELENGTHS, methods};
+use crate::choices::{COARSENESSES, Runner, SAMPLES, SIDES, WAVELENGTHS, methods, take_method};
 use crate::fates::fates;
 use crate::job::{Job, Report};
 use crate::times::{PassTime, PassTimes};
@@ -145,7 +145,10 @@ fn choices(ui: &mut Ui, view: &mut View) {
     let choices = &mut view.choices;
     row(ui, "Method", "M", |ui| {
         for (name, method) in methods() {
-            ui.selectable_value(&mut choices.settings.method, method, name);
+            let mut chosen = choices.settings.method;
+            if ui.selectable_value(&mut chosen, method, name).changed() {
+                take_method(&mut choices.settings, method);
+            }
         }
     });
     row(ui, "Wavelengths", "N", |ui| {

@@ -11,7 +11,7 @@ use spectral_cli::{CliError, GAP_FILLINGS};
 use spectral_core::display::{Display, ToneMap};
 use spectral_scene::{Camera, Scene};
 
-use crate::choices::{Choices, Runner, WAVELENGTHS, after, methods};
+use crate::choices::{Choices, Runner, WAVELENGTHS, after, methods, take_method};
 use crate::glass::Glass;
 use crate::hand::{Grip, Hand};
 use crate::job::Job;
@@ -112,7 +112,8 @@ impl View {
             Key::G => self.glass.moving = !self.glass.moving,
             Key::M => {
                 let all: Vec<_> = methods().map(|(_, method)| method).collect();
-                settings.method = all[after(&all, &settings.method)];
+                let next = all[after(&all, &settings.method)];
+                take_method(settings, next);
             }
             Key::N => settings.wavelengths = WAVELENGTHS[after(&WAVELENGTHS, &settings.wavelengths)],
             Key::E => *runner = Runner::ALL[after(&Runner::ALL, runner)],
@@ -253,7 +254,8 @@ pub(crate) mod tests {
             view.press(key);
             assert_ne!(view.job(AREA), before, "{key:?}");
         }
-        for (key, times) in [(Key::M, 2), (Key::N, 4), (Key::F, 3)] {
+        // Leaving footprints takes back their own number of wavelengths: there are five to go round.
+        for (key, times) in [(Key::M, 3), (Key::N, 5), (Key::F, 3)] {
             (0..times).for_each(|_| view.press(key));
         }
         assert_eq!(view.job(AREA).settings.method, begun.settings.method);

@@ -4,11 +4,13 @@ use frame_plan::{Binding, BindingKind, PassSet};
 
 pub mod coverage_mip;
 pub mod deferred_refraction;
+pub mod footprint_splat;
 pub mod gap_fill;
 pub mod gap_mask;
 pub mod gap_reach;
 pub mod map_fit;
 pub mod map_resolve;
+pub mod path_trace;
 pub mod photon_refine;
 pub mod photon_trace;
 pub mod receiver_bake;
@@ -23,6 +25,8 @@ pub const PASSES: PassSet = PassSet(&[
     &coverage_mip::COVERAGE_MIP,
     &photon_refine::PHOTON_REFINE,
     &photon_trace::PHOTON_TRACE,
+    &path_trace::PATH_TRACE,
+    &footprint_splat::FOOTPRINT_SPLAT,
     &map_fit::MAP_FIT,
     &gap_mask::GAP_MASK,
     &gap_reach::GAP_REACH,
@@ -38,11 +42,14 @@ const TRIANGLE_WGSL: &str = include_str!("../../../../shaders/shared/triangle.wg
 const REFRACT_WGSL: &str = include_str!("../../../../shaders/shared/refract.wgsl");
 const OPTICS_WGSL: &str = include_str!("../../../../shaders/shared/optics.wgsl");
 const SPLAT_WGSL: &str = include_str!("../../../../shaders/shared/splat.wgsl");
+const SPLAT_TENT_WGSL: &str = include_str!("../../../../shaders/shared/splat_tent.wgsl");
 const FLUX_WGSL: &str = include_str!("../../../../shaders/shared/flux.wgsl");
 const LIGHT_VIEWS_WGSL: &str = include_str!("../../../../shaders/shared/light_views.wgsl");
 const VISIBILITY_WGSL: &str = include_str!("../../../../shaders/shared/visibility.wgsl");
 const PHOTON_QUEUE_WGSL: &str = include_str!("../../../../shaders/shared/photon_queue.wgsl");
 const GAP_WGSL: &str = include_str!("../../../../shaders/shared/gap.wgsl");
+const BVH_WGSL: &str = include_str!("../../../../shaders/shared/bvh.wgsl");
+const FOOTPRINT_WGSL: &str = include_str!("../../../../shaders/shared/footprint.wgsl");
 const CROSSING_WGSL: &str = include_str!("../../../../shaders/shared/crossing.wgsl");
 const EXIT_SEARCH_WGSL: &str = include_str!("../../../../shaders/shared/exit_search.wgsl");
 const LEDGER_WGSL: &str = include_str!("../../../../shaders/shared/ledger.wgsl");

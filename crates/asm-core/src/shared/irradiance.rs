@@ -44,6 +44,14 @@ pub struct Light {
     pub first_reflected: u32,
     /// First of the views of the map of refracted light, one per view of where light may land.
     pub map_view: u32,
+    /// 1: the maps hold a receiver's texels and what arrives there, lux; 0: they are seen from the light.
+    pub receiver_map: u32,
+    /// Padding.
+    pub reserved0: u32,
+    /// Padding.
+    pub reserved1: u32,
+    /// Padding.
+    pub reserved2: u32,
 }
 
 /// Light that reaches a point, by light path.
@@ -177,6 +185,22 @@ impl Lookup<'_> {
         surrounded
     }
 
+    /// The texel of a receiver's own map that holds a point.
+    fn received_at(&self, p: Vec3, reflected: bool) -> Vec3 {
+        let (faces, first) = if reflected {
+            (self.light.reflected_faces, self.light.first_reflected)
+        } else {
+            (self.light.landing_faces, 0)
+        };
+        let at = locate(self.views, self.light.landing_view, faces, p);
+        if !at.found {
+            return Vec3::ZERO;
+        }
+        let size = self.views[at.view as usize].size;
+        let texel = at.texel.as_uvec2().min(size - 1);
+        self.caustic[(first + texel.y * size.x + texel.x) as usize].truncate()
+    }
+
     /// The map at a point: bilinear, and only where the point is on the surface that the landing view sees.
     fn caustic_at(&self, lit: &Lit, reflected: bool) -> Vec3 {
         let (faces, first, map_view, shown) = if reflected {
@@ -228,8 +252,13 @@ impl Lookup<'_> {
         let view = &self.views[self.light.direct_view as usize];
         let light_ray = view.ray_through(p);
         let cosine = -light_ray.direction.dot(normal);
+        let mut received = Irradiance::default();
+        if self.light.receiver_map == 1 {
+            received.refracted = self.received_at(p, false);
+            received.reflected = self.received_at(p, true);
+        }
         if cosine <= 0.0 {
-            return Irradiance::default();
+            return received;
         }
         let distance = (p - light_ray.origin).dot(light_ray.direction);
         let mut spread = cosine;
@@ -244,15 +273,17 @@ impl Lookup<'_> {
         let inner = p + FARTHER_IN * ((t.p0 + t.p1 + t.p2) / 3.0 - p);
         let to_light = Ray { origin: inner, direction: -light_ray.direction };
         let mut lit = Lit { position: p, own, to_light, distance, clear };
-        let mut direct = 0.0;
         let in_range = self.light.range == 0.0 || distance <= self.light.range;
         if in_range && !self.blocked_by_opaque(&lit) && !self.blocked_by_glass(&lit) {
             let cosine_to_axis = light_ray.direction.dot(self.light.spot_axis);
             let cone = (cosine_to_axis * self.light.spot_scale + self.light.spot_offset).clamp(0.0, 1.0);
-            direct = spread * cone * cone;
+            received.direct = spread * cone * cone;
         }
-        let reflected = spread * self.caustic_at(&lit, true);
-        lit.clear = distance - self.light.landing_from;
-        Irradiance { direct, refracted: spread * self.caustic_at(&lit, false), reflected }
+        if self.light.receiver_map == 0 {
+            received.reflected = spread * self.caustic_at(&lit, true);
+            lit.clear = distance - self.light.landing_from;
+            received.refracted = spread * self.caustic_at(&lit, false);
+        }
+        received
     }
 }

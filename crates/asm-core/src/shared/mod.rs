@@ -1,8 +1,10 @@
 //! Host side of `shaders/shared/`: one module per file, the same structs and functions in the same order.
 
+pub mod bvh;
 pub mod crossing;
 pub mod exit_search;
 pub mod flux;
+pub mod footprint;
 pub mod gap;
 pub mod irradiance;
 pub mod ledger;
@@ -11,5 +13,6 @@ pub mod optics;
 pub mod photon_queue;
 pub mod refract;
 pub mod splat;
+pub mod splat_tent;
 pub mod triangle;
 pub mod view;

@@ -24,8 +24,8 @@ pub struct Triangle {
     pub flags: u32,
     /// Unit vertex normals; equal on flat facets.
     pub n0: Vec3,
-    /// Padding.
-    pub reserved0: u32,
+    /// Surfaces that light goes through alike: triangles with a common edge across which normals go on; see [`crate::faces`].
+    pub face: u32,
     /// At the second corner.
     pub n1: Vec3,
     /// Padding.

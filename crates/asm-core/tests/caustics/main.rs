@@ -7,6 +7,7 @@ mod books;
 mod colour;
 mod decisions;
 mod eye;
+mod footprints;
 mod gaps;
 mod glass_view;
 mod hard_cases;

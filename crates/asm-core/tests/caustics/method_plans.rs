@@ -82,6 +82,7 @@ fn every_bundled_scene_has_its_acm_and_asm_plan() {
 fn steps_of_light(light: &str, glass: bool, method: Method) -> Vec<String> {
     let levels = match method {
         Method::CausticsMap => 0,
+        Method::Footprint => unreachable!("its steps are others"),
         Method::Acm => 6,
         Method::Asm => 3,
     };
@@ -108,6 +109,46 @@ fn steps_of_light(light: &str, glass: bool, method: Method) -> Vec<String> {
     }
     steps.extend(path(", reflected", false));
     steps
+}
+
+#[test]
+fn footprints_have_their_plans() {
+    for scene in BUNDLED.iter().map(|name| bundled(name).unwrap()) {
+        let name = &scene.name;
+        let footprints = Settings::of(Method::Footprint);
+        let glass = scene.refractors().count() > 0;
+        let mirrors = scene.mirrors().count() > 0;
+        let mut wanted =
+            ["clear ledger", "clear irradiance", "uv_visibility (receiver)"].map(String::from).to_vec();
+        for (i, light) in scene.lights.iter().enumerate() {
+            let light = format!("light {i} `{}`", light.name);
+            wanted.extend(["landing", "shadow", "entry"].map(|view| format!("visibility ({light}, {view})")));
+            let paths = [(glass, light.clone()), (mirrors, format!("{light}, reflected"))];
+            for (_, path) in paths.into_iter().filter(|(kept, _)| *kept) {
+                wanted.push("clear cell queues".into());
+                wanted.push(format!("path_trace ({path})"));
+                wanted.push("clear map".into());
+                wanted.push(format!("footprint_splat ({path}, count)"));
+                wanted.push(format!("footprint_splat ({path})"));
+                wanted.push(format!("footprints ({path}, split)"));
+                wanted.push(format!("map_resolve ({path})"));
+            }
+            wanted.push(format!("receiver_bake ({light})"));
+        }
+        assert_eq!(bake_of(&scene, &footprints).step_names(), wanted, "{name}");
+        // Cells that may not be split take no rounds.
+        let whole = bake_of(&scene, &Settings { cell_splits: 0, ..footprints.clone() }).step_names();
+        wanted.retain(|step| !step.contains(", count)") && !step.contains(", split)"));
+        assert_eq!(whole, wanted, "{name}");
+        for prune in [true, false] {
+            let settings = Settings { prune, ..footprints.clone() };
+            bake_of(&scene, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
+            let picture = render_plan(&scene, 0, [64; 2], &settings, &Limits::default()).unwrap().plan;
+            picture.validate(&asm_core::PASSES, &Limits::default()).unwrap();
+            // A picture has no receiver whose texels could hold the light.
+            assert!(!glass || picture.step_names().iter().any(|step| step.starts_with("map_fit")), "{name}");
+        }
+    }
 }
 
 #[test]

@@ -1,0 +1,173 @@
+//! Host side of `shaders/shared/footprint.wgsl`, which explains the terms: where a cell of the emission view lands, as a function of
+//! place in the cell and of wavelength.
+
+use bytemuck::{Pod, Zeroable};
+use glam::{UVec2, Vec2};
+
+use super::photon_queue::QUEUE_HEAD;
+
+/// Where a path leads after so many reflections inside; mirrors `PathLanding`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PathLanding {
+    /// Texel of the landing view.
+    pub texel: Vec2,
+    /// Inside `medium`, working units.
+    pub length: f32,
+    /// Of the path's flux, see [`super::flux::part_from`]; what `medium` absorbs is not yet taken off.
+    pub part: u32,
+    /// Of all surfaces on the way; equal for paths that belong together.
+    pub way: u32,
+    /// `END_*`.
+    pub end: u32,
+    /// Face of the landing view | material of what is lit << 8.
+    pub place: u32,
+    /// Material.
+    pub medium: u32,
+}
+
+/// What a path leaves on its way, as parts of its flux; mirrors `PathEnds`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct PathEnds {
+    /// `END_LANDED` where it has landings, otherwise how all of it ends.
+    pub end: u32,
+    /// At the outside of glass.
+    pub reflected: u32,
+    /// At surfaces, and in media behind the first.
+    pub absorbed: u32,
+    /// In glass, after the last reflection that is followed.
+    pub kept_inside: u32,
+}
+
+/// A cell and the part of the spectrum that it stands for; mirrors `FootprintCell`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FootprintCell {
+    /// At its level.
+    pub at: UVec2,
+    /// Splits in x and y.
+    pub level: UVec2,
+    /// Bin.
+    pub first: u32,
+    /// Bins of its range.
+    pub bins: u32,
+}
+
+/// No range is split into shorter ones.
+pub const LEAST_BINS: u32 = 16;
+
+/// Bins of a spectrum that is split into wavelengths.
+pub const SPECTRUM_BINS: u32 = 256;
+
+/// Most nodes of a range.
+pub const MOST_NODES: usize = 4;
+
+/// Sixteenths of a range where nodes lie: about Chebyshev's points of 400 to 700 nm, where nearly all light is seen.
+pub fn node_sixteenth(nodes: u32, node: u32) -> u32 {
+    match nodes {
+        1 => 5,
+        2 => 3 + 8 * node,
+        3 => 2 + 5 * node,
+        _ => 2 + 3 * node + u32::from(node > 1),
+    }
+}
+
+/// The bin at whose lower end a node of a cell lies.
+pub fn node_bin(nodes: u32, node: u32, cell: &FootprintCell) -> u32 {
+    cell.first + cell.bins * node_sixteenth(nodes, node) / 16
+}
+
+/// Bins of a range before those that a node stands for where nothing can be interpolated.
+pub fn share_start(nodes: u32, node: u32, bins: u32) -> u32 {
+    match node {
+        0 => 0,
+        _ if node >= nodes => bins,
+        _ => bins * (node_sixteenth(nodes, node - 1) + node_sixteenth(nodes, node)) / 32,
+    }
+}
+
+/// Lagrange's weights at `x` of nodes that lie at `at`; 0 beyond the last.
+pub fn node_weights(nodes: usize, at: &[f32; MOST_NODES], x: f32) -> [f32; MOST_NODES] {
+    std::array::from_fn(|own| {
+        let others = (0..nodes).filter(|other| *other != own);
+        let weight = others.fold(1.0, |weight, other| weight * ((x - at[other]) / (at[own] - at[other])));
+        if own < nodes { weight } else { 0.0 }
+    })
+}
+
+/// Classes of urgency of splits.
+pub const CLASSES: usize = 32;
+
+/// Words before a queue's cells: the head of a queue, and how many cells of each class there were to put into it.
+pub const CELLS_HEAD: usize = QUEUE_HEAD + CLASSES;
+
+/// Words of a queued cell.
+pub const CELL_WORDS: usize = 2;
+
+impl FootprintCell {
+    /// As queued.
+    pub fn words(&self) -> [u32; CELL_WORDS] {
+        let range = self.first << 8 | self.bins.ilog2() << 20;
+        [self.at.x | self.at.y << 16, self.level.x | self.level.y << 4 | range]
+    }
+
+    /// From a queue.
+    pub fn from_words(words: [u32; CELL_WORDS]) -> Self {
+        Self {
+            at: UVec2::new(words[0] & 0xffff, words[0] >> 16),
+            level: UVec2::new(words[1] & 0xf, words[1] >> 4 & 0xf),
+            first: words[1] >> 8 & 0xfff,
+            bins: 1 << (words[1] >> 20),
+        }
+    }
+
+    /// A corner, texels of the emission view.
+    pub fn corner(&self, corner: u32) -> Vec2 {
+        let at = self.at + UVec2::new(corner & 1, corner >> 1);
+        at.as_vec2() / (UVec2::ONE << self.level).as_vec2() + 0.5
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn nodes_interpolate_polynomials_of_their_degree() {
+        for nodes in 1..=MOST_NODES as u32 {
+            let count = nodes as usize;
+            let at = std::array::from_fn(|n| node_sixteenth(nodes, n as u32) as f32 / 16.0);
+            for x in [0.0_f32, 0.03, 0.23, 0.5, 0.99, 1.0] {
+                for degree in 0..nodes as i32 {
+                    let weights = node_weights(count, &at, x);
+                    assert!(weights[count..].iter().all(|w| *w == 0.0));
+                    let value: f32 = (0..count).map(|n| weights[n] * at[n].powi(degree)).sum();
+                    assert!((value - x.powi(degree)).abs() < 1e-5, "{nodes} nodes, x^{degree}: {value}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn shares_of_nodes_make_up_the_range_and_hold_their_nodes() {
+        for nodes in 1..=MOST_NODES as u32 {
+            for bins in [LEAST_BINS, 64, SPECTRUM_BINS] {
+                let cell = FootprintCell { at: UVec2::ZERO, level: UVec2::ZERO, first: 0, bins };
+                assert_eq!((share_start(nodes, 0, bins), share_start(nodes, nodes, bins)), (0, bins));
+                for node in 0..nodes {
+                    let own = node_bin(nodes, node, &cell);
+                    let share = share_start(nodes, node, bins)..share_start(nodes, node + 1, bins);
+                    assert!(share.contains(&own), "{nodes} nodes of {bins} bins: {own} in {share:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn queued_cells_come_back() {
+        let cell =
+            FootprintCell { at: UVec2::new(16_383, 77), level: UVec2::new(6, 2), first: 240, bins: 16 };
+        assert_eq!(FootprintCell::from_words(cell.words()), cell);
+        assert_eq!(cell.corner(3), Vec2::new(16_384.0 / 64.0 + 0.5, 78.0 / 4.0 + 0.5));
+    }
+}

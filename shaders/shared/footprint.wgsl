@@ -1,0 +1,99 @@
+// Footprints: where a cell of the emission view lands, as a function of place in the cell and of wavelength. Host side: asm-core's
+// `shared/footprint.rs`.
+//
+// cell      the square between four neighbouring texel centres of the emission view, or a part of one after splits in x and y
+// bin       part of the light's spectrum; bins are even in 1 / wavelength^2, along which light moves evenly
+// range     the bins that a cell stands for: all, or a part after splits in two
+// node      a wavelength of a range that is traced: the lower end of a bin
+// order     number of reflections inside the glass
+// path      one corner of one cell at one node
+
+// Where a path leads after so many reflections inside.
+struct PathLanding {
+    texel: vec2<f32>, // of the landing view
+    length: f32,      // inside `medium`, working units
+    part: u32,        // of the path's flux, as in flux.wgsl; what `medium` absorbs is not yet taken off
+    way: u32,         // of all surfaces on the way; equal for paths that belong together
+    end: u32,         // END_*
+    place: u32,       // face of the landing view | material of what is lit << 8
+    medium: u32,      // material
+}
+
+// What a path leaves on its way, as parts of its flux; they and its landings' parts add up to a whole.
+struct PathEnds {
+    end: u32,         // END_LANDED where it has landings, otherwise how all of it ends
+    reflected: u32,
+    absorbed: u32,
+    kept_inside: u32,
+}
+
+struct FootprintCell {
+    at: vec2<u32>, // at its level
+    level: vec2<u32>, // splits in x and y
+    first: u32,    // bin
+    bins: u32,     // of its range
+}
+
+// No range is split into shorter ones.
+const LEAST_BINS: u32 = 16u;
+
+// Nodes lie at these sixteenths of a range: about Chebyshev's points of 400 to 700 nm, where nearly all light is seen.
+fn node_sixteenth(nodes: u32, node: u32) -> u32 {
+    switch nodes {
+        case 1u: { return 5u; }
+        case 2u: { return 3u + 8u * node; }
+        case 3u: { return 2u + 5u * node; }
+        default: { return 2u + 3u * node + select(0u, 1u, node > 1u); }
+    }
+}
+
+fn node_bin(nodes: u32, node: u32, cell: FootprintCell) -> u32 {
+    return cell.first + cell.bins * node_sixteenth(nodes, node) / 16u;
+}
+
+// Bins of a range before those that node `node` stands for where nothing can be interpolated.
+fn share_start(nodes: u32, node: u32, bins: u32) -> u32 {
+    if node == 0u {
+        return 0u;
+    }
+    if node >= nodes {
+        return bins;
+    }
+    return bins * (node_sixteenth(nodes, node - 1u) + node_sixteenth(nodes, node)) / 32u;
+}
+
+fn lagrange_factor(nodes: u32, at: vec4<f32>, own: u32, other: u32, x: f32) -> f32 {
+    let apart = select(1.0, at[own] - at[other], other < nodes);
+    return select(1.0, (x - at[other]) / apart, other < nodes);
+}
+
+// Lagrange's weights at `x` of nodes that lie at `at`; 0 beyond the last. Without loops: some drivers end long ones.
+fn node_weights(nodes: u32, at: vec4<f32>, x: f32) -> vec4<f32> {
+    let first = lagrange_factor(nodes, at, 0u, 1u, x) * lagrange_factor(nodes, at, 0u, 2u, x) * lagrange_factor(nodes, at, 0u, 3u, x);
+    let second = lagrange_factor(nodes, at, 1u, 0u, x) * lagrange_factor(nodes, at, 1u, 2u, x) * lagrange_factor(nodes, at, 1u, 3u, x);
+    let third = lagrange_factor(nodes, at, 2u, 0u, x) * lagrange_factor(nodes, at, 2u, 1u, x) * lagrange_factor(nodes, at, 2u, 3u, x);
+    let fourth = lagrange_factor(nodes, at, 3u, 0u, x) * lagrange_factor(nodes, at, 3u, 1u, x) * lagrange_factor(nodes, at, 3u, 2u, x);
+    return select(vec4<f32>(0.0), vec4<f32>(first, second, third, fourth), vec4<u32>(0u, 1u, 2u, 3u) < vec4<u32>(nodes));
+}
+
+// A queue of cells: the head of photon_queue.wgsl, how many cells of each class of urgency there were to put into it, then cells of
+// two words.
+const CLASSES: u32 = 32u;
+const CELLS_HEAD: u32 = 40u; // QUEUE_HEAD + CLASSES
+const CELL_WORDS: u32 = 2u;
+
+fn cell_words(cell: FootprintCell) -> vec2<u32> {
+    let range = (cell.first << 8u) | (firstLeadingBit(cell.bins) << 20u);
+    return vec2<u32>(cell.at.x | (cell.at.y << 16u), cell.level.x | (cell.level.y << 4u) | range);
+}
+
+fn cell_from_words(words: vec2<u32>) -> FootprintCell {
+    let level = vec2<u32>(words.y & 0xfu, (words.y >> 4u) & 0xfu);
+    return FootprintCell(vec2<u32>(words.x & 0xffffu, words.x >> 16u), level, (words.y >> 8u) & 0xfffu, 1u << (words.y >> 20u));
+}
+
+// A corner of a cell, texels of the emission view.
+fn cell_corner(cell: FootprintCell, corner: u32) -> vec2<f32> {
+    let at = cell.at + vec2<u32>(corner & 1u, corner >> 1u);
+    return vec2<f32>(at) / vec2<f32>(vec2<u32>(1u) << cell.level) + 0.5;
+}
