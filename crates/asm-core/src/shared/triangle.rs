@@ -24,7 +24,7 @@ pub struct Triangle {
     pub flags: u32,
     /// Unit vertex normals; equal on flat facets.
     pub n0: Vec3,
-    /// Surfaces that light goes through alike: triangles with a common edge across which normals go on; see [`crate::faces`].
+    /// Surfaces that light goes through alike: triangles with a common edge across which normals go on.
     pub face: u32,
     /// At the second corner.
     pub n1: Vec3,
