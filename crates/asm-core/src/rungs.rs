@@ -63,7 +63,7 @@ pub const LADDER: &[Axes] = &[
         method: Method::Footprint,
         wavelengths: &[1, 3, 4],
         emission_size: &[64, 128, 256],
-        map_size: &[512],
+        map_size: &[256],
         ..COMMON
     },
 ];
