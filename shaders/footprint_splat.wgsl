@@ -77,8 +77,8 @@ fn landing_of(emitted: Emitted, corner: u32, node: u32, order: u32) -> PathLandi
 fn texel_flux(texel: vec2<u32>) -> f32 {
     let view = views[params.emission_view];
     let direction = view_ray(view, vec2<f32>(texel) + 0.5).direction;
-    let cone = clamp(dot(direction, params.spot_axis) * params.spot_scale + params.spot_offset, 0.0, 1.0);
-    return QUANTUM * view_texel_measure(view, texel) * cone * cone;
+    let falloff = spot_falloff(direction, params.spot_axis, params.spot_scale, params.spot_offset);
+    return QUANTUM * view_texel_measure(view, texel) * falloff;
 }
 
 // All wavelengths of a cell; the flux of cells that one is split into adds up to its own.

@@ -41,9 +41,6 @@ struct PhotonTrace {
     reserved2: u32,
 }
 
-const PATH_REFRACTED: u32 = 0u; // into glass
-const PATH_REFLECTED: u32 = 1u; // back from the first surface
-
 const EMISSION_GRID: u32 = 0u;  // tiles of the whole emission view
 const EMISSION_QUEUE: u32 = 1u; // tiles that `queue` holds
 const EMISSION_SAMPLE: u32 = 2u; // one texel in `sample_stride` along each side, and `map` holds only where they land
@@ -238,11 +235,6 @@ fn entry_at(view: View, texel: vec2<i32>, ray: Ray) -> Entry {
     return entry;
 }
 
-fn spot_falloff(direction: vec3<f32>) -> f32 {
-    let cone = clamp(dot(direction, params.spot_axis) * params.spot_scale + params.spot_offset, 0.0, 1.0);
-    return cone * cone;
-}
-
 fn absorb(photon: Photon, passes: f32) -> Photon {
     var after = photon;
     after.flux = flux_part(photon.flux, part_from(passes));
@@ -375,7 +367,8 @@ fn traced(photon: Photon) -> Traced {
 fn trace(texel: vec2<u32>, band: u32) -> Traced {
     let view = views[params.emission_view];
     let light_ray = view_ray(view, vec2<f32>(texel) + 0.5);
-    let aimed = u32(QUANTUM * view_texel_measure(view, texel) * spot_falloff(light_ray.direction) + 0.5);
+    let falloff = spot_falloff(light_ray.direction, params.spot_axis, params.spot_scale, params.spot_offset);
+    let aimed = u32(QUANTUM * view_texel_measure(view, texel) * falloff + 0.5);
     var photon = Photon(END_MISSED, aimed, aimed, 0u, 0u, 0u, false, false);
 
     let seen = entry_at(view, vec2<i32>(texel), light_ray);

@@ -192,9 +192,9 @@ fn irradiance_at(p: vec3<f32>, normal: vec3<f32>, own: u32) -> Irradiance {
     var lit = Lit(p, own, Ray(inner, -light_ray.direction), distance, clear);
     let in_range = params.light.range == 0.0 || distance <= params.light.range;
     if in_range && !blocked_by_opaque(lit) && !blocked_by_glass(lit) {
-        let cosine_to_axis = dot(light_ray.direction, params.light.spot_axis);
-        let cone = clamp(cosine_to_axis * params.light.spot_scale + params.light.spot_offset, 0.0, 1.0);
-        received.direct = spread * cone * cone;
+        let light = params.light;
+        let falloff = spot_falloff(light_ray.direction, light.spot_axis, light.spot_scale, light.spot_offset);
+        received.direct = spread * falloff;
     }
     if params.light.receiver_map == 0u {
         received.reflected = spread * caustic_at(lit, true);

@@ -23,12 +23,12 @@ use crate::map_fit::{Photons, bounds_buffer};
 use crate::passes::footprint_splat::RunningBand;
 use crate::passes::map_resolve::MapResolve;
 use crate::passes::photon_trace::{
-    Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, PATH_REFLECTED, PATH_REFRACTED,
-    PhotonTrace,
+    Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, PhotonTrace,
 };
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
 use crate::planner::GeometryCache;
 use crate::resources::{Resources, cleared};
+use crate::shared::emission::{PATH_REFLECTED, PATH_REFRACTED};
 use crate::shared::flux::QUANTUM;
 use crate::shared::irradiance::Light as LightParams;
 use crate::shared::ledger::{LEDGER_ROWS, LEDGER_WORDS};

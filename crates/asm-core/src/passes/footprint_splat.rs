@@ -16,9 +16,10 @@ use rayon::prelude::*;
 
 use super::path_trace::NO_QUEUE;
 use super::{
-    FLUX_WGSL, FOOTPRINT_WGSL, LEDGER_WGSL, OPTICS_WGSL, PHOTON_QUEUE_WGSL, SPLAT_TENT_WGSL, VIEW_WGSL,
-    VISIBILITY_TEXTURE, binding,
+    EMISSION_WGSL, FLUX_WGSL, FOOTPRINT_WGSL, LEDGER_WGSL, OPTICS_WGSL, PHOTON_QUEUE_WGSL, SPLAT_TENT_WGSL,
+    VIEW_WGSL, VISIBILITY_TEXTURE, binding,
 };
+use crate::shared::emission::spot_falloff;
 use crate::shared::flux::{QUANTUM, WHOLE, add_64, flux_part, part_from};
 use crate::shared::footprint::*;
 use crate::shared::ledger::*;
@@ -113,6 +114,7 @@ pub const FOOTPRINT_SPLAT: PassInfo = PassInfo {
     wgsl: &[
         VIEW_WGSL,
         OPTICS_WGSL,
+        EMISSION_WGSL,
         FLUX_WGSL,
         LEDGER_WGSL,
         PHOTON_QUEUE_WGSL,
@@ -392,8 +394,8 @@ impl Inputs<'_> {
         let params = &self.params;
         let view = &self.views[params.emission_view as usize];
         let direction = view.ray(texel.as_vec2() + 0.5).direction;
-        let cone = (direction.dot(params.spot_axis) * params.spot_scale + params.spot_offset).clamp(0.0, 1.0);
-        QUANTUM * view.texel_measure(texel) * cone * cone
+        let falloff = spot_falloff(direction, params.spot_axis, params.spot_scale, params.spot_offset);
+        QUANTUM * view.texel_measure(texel) * falloff
     }
 
     /// All wavelengths of a cell; the flux of cells that one is split into adds up to its own.

@@ -16,11 +16,12 @@ use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{
-    CROSSING_WGSL, EXIT_SEARCH_WGSL, FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, OPTICS_WGSL,
+    CROSSING_WGSL, EMISSION_WGSL, EXIT_SEARCH_WGSL, FLUX_WGSL, LEDGER_WGSL, LIGHT_VIEWS_WGSL, OPTICS_WGSL,
     PHOTON_QUEUE_WGSL, REFRACT_WGSL, SPLAT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE,
     VISIBILITY_TEXTURE_ARRAY, binding,
 };
 use crate::shared::crossing::{cross_surface, interface_reflectance, mirror_reflectance, reflect_at};
+use crate::shared::emission::{PATH_REFLECTED, spot_falloff};
 use crate::shared::exit_search::{EXIT_OF_BODY, Exit, Inside};
 use crate::shared::flux::{QUANTUM, add_64, flux_part, part_from};
 use crate::shared::ledger::*;
@@ -84,7 +85,7 @@ pub struct PhotonTrace {
     pub max_groups: u32,
     /// `RULE_*`.
     pub rule: u32,
-    /// [`PATH_REFRACTED`] or [`PATH_REFLECTED`].
+    /// `PATH_*`.
     pub path: u32,
     /// `TRIANGLE_*` of the surfaces that photons of this path follow.
     pub casters: u32,
@@ -101,11 +102,6 @@ pub struct PhotonTrace {
     /// Padding.
     pub reserved2: u32,
 }
-
-/// Into glass.
-pub const PATH_REFRACTED: u32 = 0;
-/// Back from the first surface.
-pub const PATH_REFLECTED: u32 = 1;
 
 /// Tiles of the whole emission view.
 pub const EMISSION_GRID: u32 = 0;
@@ -158,6 +154,7 @@ pub const PHOTON_TRACE: PassInfo = PassInfo {
         LEDGER_WGSL,
         CROSSING_WGSL,
         EXIT_SEARCH_WGSL,
+        EMISSION_WGSL,
         PHOTON_QUEUE_WGSL,
         SPLAT_WGSL,
         include_str!("../../../../shaders/photon_trace.wgsl"),
@@ -553,12 +550,6 @@ impl Inputs<'_> {
         Some(first)
     }
 
-    fn spot_falloff(&self, direction: Vec3) -> f32 {
-        let cosine = direction.dot(self.params.spot_axis);
-        let cone = (cosine * self.params.spot_scale + self.params.spot_offset).clamp(0.0, 1.0);
-        cone * cone
-    }
-
     fn medium(&self, front: &Triangle, band: u32) -> Optics {
         self.optics[((self.params.first_band + band) * self.params.materials + front.material) as usize]
     }
@@ -676,8 +667,9 @@ impl Inputs<'_> {
         let params = &self.params;
         let view = &self.views[params.emission_view as usize];
         let light_ray = view.ray(texel.as_vec2() + 0.5);
-        let aimed =
-            (QUANTUM * view.texel_measure(texel) * self.spot_falloff(light_ray.direction) + 0.5) as u32;
+        let falloff =
+            spot_falloff(light_ray.direction, params.spot_axis, params.spot_scale, params.spot_offset);
+        let aimed = (QUANTUM * view.texel_measure(texel) * falloff + 0.5) as u32;
         let mut photon = Photon {
             end: END_MISSED,
             aimed,

@@ -7,7 +7,7 @@ use glam::{UVec2, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    IRRADIANCE_WGSL, LIGHT_VIEWS_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE,
+    EMISSION_WGSL, IRRADIANCE_WGSL, LIGHT_VIEWS_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE,
     VISIBILITY_TEXTURE_ARRAY, binding,
 };
 use crate::shared::irradiance::{Light, Lookup};
@@ -34,6 +34,7 @@ pub const RECEIVER_BAKE: PassInfo = PassInfo {
         VIEW_WGSL,
         TRIANGLE_WGSL,
         LIGHT_VIEWS_WGSL,
+        EMISSION_WGSL,
         IRRADIANCE_WGSL,
         include_str!("../../../../shaders/receiver_bake.wgsl"),
     ],

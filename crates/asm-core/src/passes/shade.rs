@@ -7,8 +7,8 @@ use glam::{Mat3, UVec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    IRRADIANCE_WGSL, LIGHT_VIEWS_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE,
-    VISIBILITY_TEXTURE_ARRAY, binding,
+    EMISSION_WGSL, IRRADIANCE_WGSL, LIGHT_VIEWS_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL,
+    VISIBILITY_TEXTURE, VISIBILITY_TEXTURE_ARRAY, binding,
 };
 use crate::shared::irradiance::{Light, Lookup};
 use crate::shared::refract::refract_light;
@@ -79,6 +79,7 @@ pub const SHADE: PassInfo = PassInfo {
         TRIANGLE_WGSL,
         REFRACT_WGSL,
         LIGHT_VIEWS_WGSL,
+        EMISSION_WGSL,
         IRRADIANCE_WGSL,
         include_str!("../../../../shaders/shade.wgsl"),
     ],

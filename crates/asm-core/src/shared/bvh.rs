@@ -40,7 +40,7 @@ pub struct Sought {
 }
 
 /// What a ray meets first.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct SurfaceHit {
     /// The triangle, as visibility buffers count; [`NOTHING`] where the ray meets nothing.
     pub visible: u32,

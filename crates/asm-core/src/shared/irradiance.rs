@@ -4,6 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use frame_plan::cpu::{MirrorArgs, TextureView};
 use glam::{IVec2, UVec2, Vec2, Vec3, Vec4};
 
+use super::emission::spot_falloff;
 use super::light_views::{locate, on_map};
 use super::triangle::{NOTHING, SAME_SURFACE, Triangle, visible_in_layer};
 use super::view::{Ray, View};
@@ -275,9 +276,8 @@ impl Lookup<'_> {
         let mut lit = Lit { position: p, own, to_light, distance, clear };
         let in_range = self.light.range == 0.0 || distance <= self.light.range;
         if in_range && !self.blocked_by_opaque(&lit) && !self.blocked_by_glass(&lit) {
-            let cosine_to_axis = light_ray.direction.dot(self.light.spot_axis);
-            let cone = (cosine_to_axis * self.light.spot_scale + self.light.spot_offset).clamp(0.0, 1.0);
-            received.direct = spread * cone * cone;
+            let Light { spot_axis, spot_scale, spot_offset, .. } = self.light;
+            received.direct = spread * spot_falloff(light_ray.direction, spot_axis, spot_scale, spot_offset);
         }
         if self.light.receiver_map == 0 {
             received.reflected = spread * self.caustic_at(&lit, true);

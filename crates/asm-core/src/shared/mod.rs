@@ -2,12 +2,14 @@
 
 pub mod bvh;
 pub mod crossing;
+pub mod emission;
 pub mod exit_search;
 pub mod flux;
 pub mod footprint;
 pub mod gap;
 pub mod irradiance;
 pub mod ledger;
+pub mod light_path;
 pub mod light_views;
 pub mod optics;
 pub mod photon_queue;
