@@ -1,0 +1,107 @@
+//! What can be wrong with a pond.
+
+use std::path::PathBuf;
+
+/// Why there is no pond, or no light on its floor.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum PondError {
+    /// A grid without samples, or with too many.
+    #[error("the grid is {width} x {height} samples; each side must be 1 to {max}")]
+    Size {
+        /// Samples in x asked for.
+        width: usize,
+        /// Samples in y asked for.
+        height: usize,
+        /// The most of either.
+        max: usize,
+    },
+    /// Values that do not fill the grid.
+    #[error("{name} has {got} values, a grid of {width} x {height} needs {}", .width * .height)]
+    Ragged {
+        /// What the values are.
+        name: &'static str,
+        /// How many there are.
+        got: usize,
+        /// Samples in x.
+        width: usize,
+        /// Samples in y.
+        height: usize,
+    },
+    /// Rows of different lengths.
+    #[error("row {row} has {got} values, row 0 has {expected}: all rows must be equally long")]
+    RaggedRow {
+        /// The row's index.
+        row: usize,
+        /// How many values it has.
+        got: usize,
+        /// How many the first row has.
+        expected: usize,
+    },
+    /// NaN, an infinity, or a value outside what is possible, at a sample.
+    #[error("{name} at sample ({column}, {row}) is {got}; it must be {expected}")]
+    Sample {
+        /// What the values are.
+        name: &'static str,
+        /// Index in x.
+        column: usize,
+        /// Index in y.
+        row: usize,
+        /// The value.
+        got: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A number outside its range.
+    #[error("{name} is {got}; it must be {expected}")]
+    Setting {
+        /// Which number.
+        name: &'static str,
+        /// Its value.
+        got: f64,
+        /// What would be right.
+        expected: &'static str,
+    },
+    /// A time step that the scheme would answer with growing noise.
+    #[error(
+        "a time step of {got_s} s is unstable at this speed and grid; it must be above 0 and at most {max_s} s"
+    )]
+    TimeStep {
+        /// The step asked for, seconds.
+        got_s: f64,
+        /// The longest stable step, seconds.
+        max_s: f64,
+    },
+    /// A file that holds no height field.
+    #[error("{}: {problem}", .path.display())]
+    File {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong with it, and what would be right.
+        problem: String,
+    },
+}
+
+/// A number that must be finite and at least `min`.
+pub(crate) fn check_at_least(
+    name: &'static str,
+    got: f64,
+    min: f64,
+    expected: &'static str,
+) -> Result<(), PondError> {
+    if got.is_finite() && got >= min { Ok(()) } else { Err(PondError::Setting { name, got, expected }) }
+}
+
+/// A number that must be finite and above 0.
+pub(crate) fn check_positive(name: &'static str, got: f64) -> Result<(), PondError> {
+    if got.is_finite() && got > 0.0 {
+        Ok(())
+    } else {
+        Err(PondError::Setting { name, got, expected: "finite and above 0" })
+    }
+}
+
+/// A number that must not be NaN or infinite.
+pub(crate) fn check_finite(name: &'static str, got: f64) -> Result<(), PondError> {
+    if got.is_finite() { Ok(()) } else { Err(PondError::Setting { name, got, expected: "finite" }) }
+}

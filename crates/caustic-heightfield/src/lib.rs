@@ -1,0 +1,25 @@
+//! Refractive caustics under a height field: the pond of Trendall & Stewart, *General calculations using graphics
+//! hardware, with application to interactive caustics* (Rendering Techniques 2000).
+//!
+//! ```text
+//! x, y       metres, from the corner of sample (0, 0); sample (i, j) lies at ((i + 1/2) dx, (j + 1/2) dy)
+//! z          metres, upwards from the water at rest; the surface is z = h(x, y), the floor z = -d
+//! L_i, L_t   unit directions of travel of the light above and below the surface; their z is negative
+//! ```
+//!
+//! Every grid is row-major, x fastest.
+
+mod distance_table;
+mod error;
+mod exr_heights;
+mod height_field;
+mod impulse;
+mod walls;
+mod wave_equation;
+
+pub use distance_table::{DistanceTable, heights_by_table};
+pub use error::PondError;
+pub use height_field::HeightField;
+pub use impulse::{Impulse, Ripple, impulse_heights};
+pub use walls::{WallImages, wall_images};
+pub use wave_equation::{Walls, WaveEquation};
