@@ -11,15 +11,25 @@
 
 mod distance_table;
 mod error;
+mod exact;
 mod exr_heights;
 mod height_field;
 mod impulse;
+mod lobe;
+mod normals;
+mod pond;
+mod shadow;
+mod surface_light;
 mod walls;
 mod wave_equation;
 
 pub use distance_table::{DistanceTable, heights_by_table};
 pub use error::PondError;
+pub use exact::{FloorGrid, FloorLight, FloorReport, exact};
 pub use height_field::HeightField;
 pub use impulse::{Impulse, Ripple, impulse_heights};
+pub use lobe::downward_share;
+pub use pond::{Form, Illumination, Normals, Outside, Pond, light_tilted_deg};
+pub use surface_light::{SurfaceLight, SurfaceReport};
 pub use walls::{WallImages, wall_images};
 pub use wave_equation::{Walls, WaveEquation};
