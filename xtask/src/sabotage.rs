@@ -3,8 +3,8 @@
 //! A plan is plain data, so a fault is a change to its bytes or steps; executors know nothing of it.
 
 use asm_core::BakePlan;
-use asm_core::passes::photon_trace::Band;
 use asm_core::shared::optics::Optics;
+use asm_core::shared::photons::Band;
 use clap::ValueEnum;
 use frame_plan::{Plan, Step};
 use serde::Serialize;
@@ -25,7 +25,7 @@ pub enum Sabotage {
 const IOR_ERROR: f32 = 0.05;
 
 /// The passes whose light every fault is about.
-const PHOTONS: [&str; 2] = ["photon_trace", "path_trace"];
+const PHOTONS: [&str; 3] = ["photon_trace", "photon_path", "path_trace"];
 
 impl Sabotage {
     /// Every fault.

@@ -8,10 +8,11 @@ use spectral_core::wavelengths::WavelengthSet;
 use spectral_scene::{Effects, Light, Material, Scene};
 
 use crate::passes::footprint_splat::RunningBand;
-use crate::passes::photon_trace::Band;
+
 use crate::shared::flux::WHOLE;
 use crate::shared::footprint::{FootprintCell, SPECTRUM_BINS, node_bin, share_start};
 use crate::shared::optics::Optics;
+use crate::shared::photons::Band;
 use crate::{Method, PlanError, Settings};
 
 /// d, the wavelength of glTF's index of refraction, nm.

@@ -12,31 +12,28 @@ use glam::DVec3;
 use spectral_scene::{Effects, Scene};
 
 use crate::bands::Glass;
+use crate::bvh;
 use crate::decisions::{Grounds, Output, decisions};
-use crate::emission::{EmissionView, QUEUE_ARGUMENTS_BYTES, Refinement};
+use crate::emission::Refinement;
 use crate::faces::mark_faces;
 use crate::footprints::Footprints;
-use crate::gaps::{GapMaps, Gaps};
-use crate::geometry::{Geometry, bounds};
-use crate::lights::{LightSetup, Purpose, Receivers, light_setups, silhouette_size, texel_extent};
-use crate::map_fit::{Photons, bounds_buffer};
+use crate::gaps::Gaps;
+use crate::geometry::Geometry;
+use crate::lights::{LightSetup, Purpose, Receivers, light_setups, silhouette_size};
+use crate::map_fit::bounds_buffer;
 use crate::passes::footprint_splat::RunningBand;
-use crate::passes::map_resolve::MapResolve;
-use crate::passes::photon_trace::{
-    Band, EMISSION_GRID, EMISSION_QUEUE, LANDING_DISTANCE, LANDING_PLANE, PhotonTrace,
-};
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
+use crate::photons::AUTO_MOST_TAPS;
 use crate::planner::GeometryCache;
 use crate::resources::{Resources, cleared};
-use crate::shared::emission::{PATH_REFLECTED, PATH_REFRACTED};
-use crate::shared::flux::QUANTUM;
 use crate::shared::irradiance::Light as LightParams;
 use crate::shared::ledger::{LEDGER_ROWS, LEDGER_WORDS};
 use crate::shared::optics::Optics;
-use crate::shared::triangle::{TRIANGLE_REFRACTS, Triangle};
+use crate::shared::photons::Band;
+use crate::shared::triangle::Triangle;
 use crate::shared::view::View;
 use crate::statistics::Books;
-use crate::{Emission, Interfaces, LandingUpdate, Method, PlanError, Settings, Splat, WorkingSpace};
+use crate::{Emission, Method, PlanError, Refraction, Settings, Splat, WorkingSpace};
 
 /// What a pass that shades with a light binds.
 pub(crate) struct LightStep {
@@ -65,12 +62,14 @@ pub(crate) struct Caustics<'a> {
     effects: Effects,
     pub(crate) setups: Vec<LightSetup>,
     pub(crate) shared: Shared,
-    refinement: Option<Rc<Refinement>>,
-    gaps: Option<Rc<Gaps>>,
+    pub(crate) refinement: Option<Rc<Refinement>>,
+    pub(crate) gaps: Option<Rc<Gaps>>,
     /// Of the map of one path.
     texels: u64,
     pub(crate) landing_bounds: Option<ResourceId>,
     pub(crate) most_zoom: f64,
+    /// The tree over all triangles, where photons go along paths through them.
+    pub(crate) bvh: Option<ResourceId>,
     footprints: Option<Rc<Footprints>>,
     /// The object to bake onto.
     receiver: Option<usize>,
@@ -80,7 +79,7 @@ pub(crate) struct Caustics<'a> {
 pub(crate) struct Shared {
     pub(crate) optics: ResourceId,
     pub(crate) entry: ResourceId,
-    exit: ResourceId,
+    pub(crate) exit: ResourceId,
     emission_depth: ResourceId,
     pub(crate) landing: ResourceId,
     /// Where reflected light lands, if that is not what another texture holds.
@@ -140,6 +139,12 @@ impl<'a> Caustics<'a> {
         let texels = map_texels(purpose, &setups);
         let gaps = Gaps::new(&mut resources, settings, &setups, texels)?.map(Rc::new);
         let landing_bounds = bounds_buffer(&mut resources, &setups)?;
+        let follows = settings.method != Method::Footprint && settings.refraction() == Refraction::Traced;
+        let bvh = if follows && lights > 0 {
+            Some(resources.filled("bvh", &bvh::build(&geometry.triangles)?)?)
+        } else {
+            None
+        };
         let footprints = Footprints::new(&mut resources, settings, &setups, &geometry)?.map(Rc::new);
         Ok(Self {
             scene,
@@ -159,6 +164,7 @@ impl<'a> Caustics<'a> {
             texels,
             landing_bounds,
             most_zoom: purpose.most_zoom,
+            bvh,
             footprints,
             receiver,
         })
@@ -404,180 +410,6 @@ impl<'a> Caustics<'a> {
     ) -> PassStep {
         let params = self.resources.plan.add_params(format!("{pass}: {label}"), params);
         PassStep { pass: pass.into(), label: label.into(), params: Some(params), bindings }
-    }
-
-    fn photons(&mut self, i: usize, label: &str) -> Result<(), PlanError> {
-        let setup = &self.setups[i];
-        let (landing_view, faces, map_view) = (setup.landing_view, setup.faces, setup.map_view);
-        let settings = self.settings;
-        let emission = self.view(setup.views.start);
-        let map = self.view(landing_view);
-        let reach = |flags| {
-            let (low, high) = bounds(self.geometry.flagged_corners(flags)).unwrap_or_default();
-            low.distance(high) as f32
-        };
-        let splat = splat_shape(settings.splat);
-        let trace = PhotonTrace {
-            emission_view: setup.views.start,
-            landing_view,
-            landing_faces: faces,
-            first_band: setup.first_band,
-            materials: self.scene.materials.len() as u32,
-            interfaces: if setup.exits && settings.interfaces == Interfaces::Two { 2 } else { 1 },
-            exit_iterations: settings.exit_iterations,
-            landing_iterations: settings.ray_geo_iterations,
-            landing_update: match settings.ray_geo_update {
-                LandingUpdate::Distance => LANDING_DISTANCE,
-                LandingUpdate::Plane => LANDING_PLANE,
-            },
-            splat_taps: splat.taps,
-            splat_sigma: splat.sigma,
-            exit_reach: reach(TRIANGLE_REFRACTS),
-            landing_center: setup.landing_center,
-            range: setup.range,
-            spot_axis: setup.spot_axis,
-            spot_scale: setup.spot_scale,
-            spot_offset: setup.spot_offset,
-            splat_share: splat.share,
-            splat_spacing: emission.texel_slope / map.texel_slope,
-            guard_texels: guard_texels(settings, map.size.x) as f32,
-            emission: if self.refinement.is_some() { EMISSION_QUEUE } else { EMISSION_GRID },
-            max_groups: self.resources.max_groups(),
-            rule: settings.refraction.code(),
-            path: PATH_REFRACTED,
-            casters: TRIANGLE_REFRACTS,
-            first_ledger: setup.first_ledger,
-            map_view,
-            sample_stride: 1,
-            reserved0: 0,
-            reserved1: 0,
-            reserved2: 0,
-        };
-        let largest = setup.bands.largest;
-        let scale = match settings.shah_intensity {
-            // A photon at most brings a whole weight to the texel where it lands, of any size; one part in QUANTUM of it.
-            Some(intensity) => {
-                largest * intensity * 4.0 / f64::from(settings.emission_size) / f64::from(QUANTUM)
-            }
-            None => largest * texel_extent(&emission) / f64::from(QUANTUM) / texel_extent(&map),
-        };
-        let resolve = MapResolve {
-            view: map_view,
-            faces,
-            scale: scale as f32,
-            power: settings.artistic_power.unwrap_or(1.0) as f32,
-            first_texel: 0,
-            scale_view: landing_view,
-            reserved0: 0,
-            reserved1: 0,
-        };
-        let exit = if setup.exits { Some(self.shared.exit) } else { None };
-        let wavelengths = setup.bands.wavelengths_nm.len() as u32;
-        let trace_groups = self.resources.groups(emission.size.to_array(), wavelengths, "emission_size")?;
-        let resolve_groups = self.resources.groups(map.size.to_array(), faces, "map_size")?;
-        let exit = exit.unwrap_or_else(|| self.resources.nothing());
-        let refinement = self.refinement.clone();
-        let queue = refinement.as_ref().map_or(self.shared.no_queue, |r| r.photons());
-        let ledger = self.ledger.expect("plans with caustics have a ledger");
-        let (refracted, reflecting) = (setup.refracted, setup.reflecting);
-        let casters = if refracted { TRIANGLE_REFRACTS | reflecting } else { reflecting };
-        let reflected = PhotonTrace {
-            path: PATH_REFLECTED,
-            exit_reach: reach(reflecting),
-            casters: reflecting,
-            first_ledger: setup.first_ledger + if refracted { self.wavelengths() } else { 0 },
-            landing_center: setup.reflected_center,
-            // Reflected light goes far: its map shows all receivers.
-            map_view: landing_view,
-            ..trace
-        };
-        let reflected_resolve =
-            MapResolve { view: landing_view, first_texel: self.first_reflected(setup), ..resolve };
-        let reflected_landing = self.reflected_landing(setup);
-        let gaps = self.gaps.clone().filter(|_| setup.gaps);
-        if let Some(refinement) = &refinement {
-            let view = EmissionView { entry: self.shared.entry, exit, wavelengths, casters };
-            self.refine(refinement, label, &view);
-            let light = self.setups[..i].iter().filter(|s| s.caustic).count();
-            self.keep_heads(refinement, light);
-        }
-        let landing = self.shared.landing;
-        let paths = [
-            (refracted, label.to_owned(), trace, landing, gaps, resolve),
-            (
-                reflecting != 0,
-                format!("{label}, reflected"),
-                reflected,
-                reflected_landing,
-                None,
-                reflected_resolve,
-            ),
-        ];
-        for (_, label, trace, landing, gaps, resolve) in paths.into_iter().filter(|(kept, ..)| *kept) {
-            let shared = &self.shared;
-            let trace_bindings = [
-                self.triangles,
-                self.views,
-                self.bands,
-                shared.optics,
-                shared.entry,
-                exit,
-                landing,
-                shared.map,
-                ledger,
-                queue,
-            ];
-            let landed = gaps.as_ref().map_or(shared.map, |g| g.filled);
-            let resolve_bindings = [self.views, landed, shared.caustic];
-            if let Some(bounds) = self.landing_bounds.filter(|_| trace.map_view != landing_view) {
-                let (map, map_size) = (self.shared.map, map.size.x);
-                let photons =
-                    Photons { trace: &trace, wavelengths, bindings: &trace_bindings, map, map_size };
-                self.fit_map(bounds, &label, &photons)?;
-            }
-            self.resources.plan.steps.push(Step::ClearBuffer { buffer: self.shared.map });
-            let trace_bindings = trace_bindings.map(Bound::from).to_vec();
-            let pass = self.pass_step("photon_trace", &label, &trace, trace_bindings);
-            self.resources.plan.steps.push(if refinement.is_some() {
-                Step::DispatchIndirect { pass, arguments: queue, offset_bytes: QUEUE_ARGUMENTS_BYTES }
-            } else {
-                Step::Dispatch { pass, groups: trace_groups }
-            });
-            if let Some(gaps) = &gaps {
-                let light = self.setups[..i].iter().filter(|s| s.gaps).count();
-                let maps = GapMaps {
-                    size: map.size,
-                    faces,
-                    map: self.shared.map,
-                    landing: self.shared.landing,
-                    landing_view,
-                    map_view,
-                };
-                self.fill_gaps(gaps, &label, light, &maps)?;
-            }
-            let bindings = resolve_bindings.map(Bound::from).to_vec();
-            self.dispatch("map_resolve", &label, &resolve, bindings, resolve_groups);
-        }
-        Ok(())
-    }
-}
-
-/// Splats that follow the photons' spacing: standard deviation over it, the least, and the farthest reach.
-const AUTO_SHARE: f32 = 0.6;
-const AUTO_LEAST_SIGMA: f32 = 0.5;
-const AUTO_MOST_TAPS: u32 = 8;
-
-struct SplatShape {
-    taps: u32,
-    sigma: f32,
-    share: f32,
-}
-
-fn splat_shape(splat: Splat) -> SplatShape {
-    match splat {
-        Splat::Point => SplatShape { taps: 0, sigma: 1.0, share: 0.0 },
-        Splat::Gaussian { radius } => SplatShape { taps: radius, sigma: 0.5 * radius as f32, share: 0.0 },
-        Splat::Auto => SplatShape { taps: AUTO_MOST_TAPS, sigma: AUTO_LEAST_SIGMA, share: AUTO_SHARE },
     }
 }
 

@@ -6,7 +6,7 @@ use spectral_scene::{Effect, Effects, Scene};
 use crate::geometry::Geometry;
 use crate::lights::LightSetup;
 use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS};
-use crate::{Emission, GapFilling, GlassView, Interfaces, MapFit, Method, Reflections, Settings};
+use crate::{Emission, GapFilling, GlassView, Interfaces, MapFit, Method, Reflections, Refraction, Settings};
 
 /// What a plan ends in.
 pub(crate) enum Output<'a> {
@@ -61,7 +61,7 @@ pub(crate) fn decisions(grounds: &Grounds<'_>, output: &Output<'_>) -> Vec<Decis
     } else {
         decisions.extend(grounds.emission());
         decisions.push(grounds.map_fit(output));
-        decisions.push(grounds.photons("photon_trace", grounds.photon_notes()));
+        decisions.extend(grounds.tracers());
         decisions.extend(grounds.gaps());
     }
     decisions.push(grounds.photons("map_resolve", Vec::new()));
@@ -165,6 +165,43 @@ impl Grounds<'_> {
         Decision { notes, ..decision(pass, self.caustic(), self.photon_reason()) }
     }
 
+    /// The pass that photons go through glass by, and the one that they do not.
+    fn tracers(&self) -> [Decision; 2] {
+        let refraction = self.settings.refraction();
+        let of = |pass, own: Refraction| {
+            if refraction == own || !self.caustic() {
+                return self.photons(pass, self.photon_notes());
+            }
+            let method = self.settings.method.name();
+            let reason = match refraction {
+                Refraction::ImageSpace => format!("{method}: photons find their way in image space"),
+                Refraction::Traced => format!("{method}: photons go along paths through the geometry"),
+            };
+            decision(pass, false, reason)
+        };
+        [of("photon_trace", Refraction::ImageSpace), of("photon_path", Refraction::Traced)]
+    }
+
+    /// What is followed inside glass, where paths are.
+    fn inside_note(&self) -> Option<String> {
+        if self.settings.refraction() == Refraction::ImageSpace || !self.refracted() {
+            return None;
+        }
+        let refractors = match self.scene.refractors().count() {
+            1 => "the refractor".to_owned(),
+            count => format!("{count} refractors"),
+        };
+        Some(match self.settings.bounces {
+            0 => format!("paths go through {refractors} and follow no reflection inside"),
+            1 => format!("paths go through {refractors} and follow 1 reflection inside the first glass"),
+            bounces => {
+                format!(
+                    "paths go through {refractors} and follow {bounces} reflections inside the first glass"
+                )
+            }
+        })
+    }
+
     /// A pass that runs wherever there is light.
     fn shading(&self, pass: &str, what: String) -> Decision {
         decision(pass, self.lit(), if self.lit() { what } else { DARK.into() })
@@ -229,7 +266,9 @@ impl Grounds<'_> {
         }
         let exit = match (setup.exits, self.settings.interfaces) {
             _ if !setup.refracted => "exit: not drawn, no light goes into glass",
-            (false, _) if self.settings.method == Method::Footprint => "exit: not drawn, paths are traced",
+            (false, _) if self.settings.refraction() == Refraction::Traced => {
+                "exit: not drawn, paths are traced"
+            }
             (true, _) => "exit: drawn, light leaves glass by its back faces",
             (false, Interfaces::One) => "exit: not drawn, one interface was asked for",
             (false, Interfaces::Two) => "exit: not drawn, no face of glass points away from the light",
@@ -350,7 +389,8 @@ impl Grounds<'_> {
             let s = if count == 1 { "" } else { "s" };
             format!("{}, {count} wavelength{s}: {why}", self.light_name(setup.index))
         });
-        turned.chain(open).chain(wavelengths).chain([self.reflection_note()]).collect()
+        let inside = self.inside_note();
+        turned.chain(open).chain(wavelengths).chain(inside).chain([self.reflection_note()]).collect()
     }
 
     fn gaps(&self) -> [Decision; 3] {

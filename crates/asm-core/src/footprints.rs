@@ -120,7 +120,7 @@ impl Caustics<'_> {
             max_groups: self.resources.max_groups(),
             path: PATH_REFRACTED,
             casters: TRIANGLE_REFRACTS,
-            rule: self.settings.refraction.code(),
+            rule: self.settings.refraction_rule.code(),
             range: setup.range,
             keeps_bounds: u32::from(map_view != landing_view),
             reserved0: 0,

@@ -168,7 +168,7 @@ impl Caustics<'_> {
             background_iterations: BACKGROUND_ITERATIONS,
             exit_reach: glass.0.distance(glass.1) as f32,
             bounces: self.settings.view_bounces,
-            rule: self.settings.refraction.code(),
+            rule: self.settings.refraction_rule.code(),
             mirrors: u32::from(seen.mirrors),
             mirror_reach: REACH as f32,
             eye_object: seen.inside.map_or(0, |object| object as u32 + 1),

@@ -26,6 +26,7 @@ mod lights;
 mod map_fit;
 pub mod moving;
 pub mod passes;
+mod photons;
 mod planner;
 mod price_list;
 mod render;
@@ -49,8 +50,8 @@ pub use render::{Picture, RenderPlan, render_plan};
 pub use renderer::{AsmError, AsmRenderer, Updated};
 pub use rungs::{Axes, LADDER, Rung, rungs};
 pub use settings::{
-    Emission, GapFilling, GlassView, Interfaces, LandingUpdate, MapFit, Method, Reflections, RefractionRule,
-    Settings, Splat,
+    Emission, GapFilling, GlassView, Interfaces, LandingUpdate, MapFit, Method, Reflections, Refraction,
+    RefractionRule, Settings, Splat,
 };
 pub use space::WorkingSpace;
 pub use statistics::{GapEnergy, Ledger, LevelCount, LightStatistics, Statistics, Tally, ViewStatistics};

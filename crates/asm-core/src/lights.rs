@@ -15,7 +15,9 @@ use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS, Triangle};
 use crate::shared::view::View;
 use crate::statistics::LightBooks;
 use crate::view_fit::{Grid, Source, fit, fit_one, texture_view};
-use crate::{GapFilling, Interfaces, MapFit, Method, PlanError, Reflections, Settings, WorkingSpace};
+use crate::{
+    GapFilling, Interfaces, MapFit, Method, PlanError, Reflections, Refraction, Settings, WorkingSpace,
+};
 
 /// Largest number of photons of a light: 2^30 units each, added up in 64 bits.
 const MAX_PHOTONS: u64 = 1 << 34;
@@ -272,7 +274,7 @@ pub(crate) fn light_setups(
             reflecting,
             gaps,
             exits: refracted
-                && settings.method != Method::Footprint
+                && settings.refraction() == Refraction::ImageSpace
                 && settings.interfaces == Interfaces::Two
                 && (!settings.prune || faces_away(source, &geometry.triangles[geometry.opaque as usize..])),
             cut,

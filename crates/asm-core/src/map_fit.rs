@@ -6,8 +6,9 @@ use glam::{DVec2, UVec2};
 use crate::caustics::{Caustics, guard_texels};
 use crate::lights::LightSetup;
 use crate::passes::map_fit::MapFit;
-use crate::passes::photon_trace::{BOUNDS_WORDS, EMISSION_SAMPLE, PhotonTrace};
+use crate::photons::Tracer;
 use crate::resources::Resources;
+use crate::shared::photons::{BOUNDS_WORDS, EMISSION_SAMPLE, Photons};
 use crate::{PlanError, Splat};
 
 /// Cells along each side of a landing view, which the map's views are snapped to.
@@ -49,12 +50,12 @@ fn widest_spacing(splat: Splat) -> f64 {
 }
 
 /// A light's photons, as they go into its map.
-pub(crate) struct Photons<'a> {
-    pub(crate) trace: &'a PhotonTrace,
+pub(crate) struct FittedPhotons {
+    pub(crate) tracer: Tracer,
+    pub(crate) photons: Photons,
     pub(crate) wavelengths: u32,
-    pub(crate) bindings: &'a [ResourceId],
-    /// Among the bindings.
-    pub(crate) map: ResourceId,
+    /// What shows where they land.
+    pub(crate) landing: ResourceId,
     /// Texels along a side.
     pub(crate) map_size: u32,
 }
@@ -65,29 +66,35 @@ impl Caustics<'_> {
         &mut self,
         bounds: ResourceId,
         label: &str,
-        photons: &Photons<'_>,
+        fitted: &FittedPhotons,
     ) -> Result<(), PlanError> {
-        let (trace, size) = (photons.trace, photons.map_size as f32);
+        let (photons, size) = (fitted.photons, fitted.map_size as f32);
         let emission_size = self.settings.emission_size;
-        let few = photons.wavelengths <= FEW_WAVELENGTHS;
+        let few = fitted.wavelengths <= FEW_WAVELENGTHS;
         let most = if few { MOST_STRIDE_OF_FEW } else { MOST_STRIDE };
         let stride = (emission_size / SAMPLES).clamp(1, most);
-        let sample = PhotonTrace {
+        let sample = Photons {
             emission: EMISSION_SAMPLE,
-            map_view: trace.landing_view,
+            map_view: photons.landing_view,
             sample_stride: stride,
-            ..*trace
+            ..photons
         };
         let groups = [emission_size.div_ceil(stride); 2];
-        let groups = self.resources.groups(groups, photons.wavelengths, "emission_size")?;
-        let bindings =
-            photons.bindings.iter().map(|&b| Bound::from(if b == photons.map { bounds } else { b }));
+        let groups = self.resources.groups(groups, fitted.wavelengths, "emission_size")?;
         self.resources.plan.steps.push(Step::ClearBuffer { buffer: bounds });
-        self.dispatch("photon_trace", &format!("{label}, landings"), &sample, bindings.collect(), groups);
+        let label_of_sample = format!("{label}, landings");
+        let pass = self.trace_step(&label_of_sample, &fitted.tracer, sample, fitted.landing, bounds);
+        self.resources.plan.steps.push(Step::Dispatch { pass, groups });
 
-        let spacing = trace.splat_spacing.as_dvec2();
+        let spacing = photons.splat_spacing.as_dvec2();
         let zoom = (widest_spacing(self.settings.splat) / spacing).min(DVec2::splat(self.most_zoom));
-        self.fit_views(bounds, label, [trace.landing_view, trace.map_view, trace.landing_faces], zoom, size);
+        self.fit_views(
+            bounds,
+            label,
+            [photons.landing_view, photons.map_view, photons.landing_faces],
+            zoom,
+            size,
+        );
         Ok(())
     }
 

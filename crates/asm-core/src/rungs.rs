@@ -7,7 +7,7 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-use crate::{Emission, GapFilling, Method, Settings};
+use crate::{Emission, GapFilling, Method, Refraction, Settings};
 
 /// What a caller would set: one point of the price list.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -20,6 +20,8 @@ pub struct Rung {
     pub emission_size: u32,
     /// Where photons start.
     pub emission: Emission,
+    /// How light finds its way through glass.
+    pub refraction: Refraction,
     /// How gaps between the wavelengths are filled.
     pub gap_filling: GapFilling,
     /// Texels of the map along each side.
@@ -34,6 +36,7 @@ pub struct Axes {
     wavelengths: &'static [u32],
     emission_size: &'static [u32],
     emission: &'static [Emission],
+    refraction: &'static [Refraction],
     gap_filling: &'static [GapFilling],
     map_size: &'static [u32],
 }
@@ -44,6 +47,7 @@ const COMMON: Axes = Axes {
     wavelengths: &[1, 3, 7, 21],
     emission_size: &[128, 256, 512],
     emission: &[Emission::Grid],
+    refraction: &[Refraction::ImageSpace],
     gap_filling: &[GapFilling::None],
     map_size: &[256, 512],
 };
@@ -56,6 +60,7 @@ pub const LADDER: &[Axes] = &[
         method: Method::Asm,
         wavelengths: &[3, 7, 21],
         emission: &[levels(3)],
+        refraction: &Refraction::ALL,
         gap_filling: &[GapFilling::None, GapFilling::Disc],
         ..COMMON
     },
@@ -63,6 +68,7 @@ pub const LADDER: &[Axes] = &[
         method: Method::Footprint,
         wavelengths: &[1, 3, 4],
         emission_size: &[64, 128, 256],
+        refraction: &[Refraction::Traced],
         map_size: &[256],
         ..COMMON
     },
@@ -83,16 +89,19 @@ impl Axes {
         for &wavelengths in self.wavelengths {
             for &emission_size in self.emission_size {
                 for &emission in self.emission {
-                    for &gap_filling in self.gap_filling {
-                        for &map_size in self.map_size {
-                            rungs.push(Rung {
-                                method: self.method,
-                                wavelengths,
-                                emission_size,
-                                emission,
-                                gap_filling,
-                                map_size,
-                            });
+                    for &refraction in self.refraction {
+                        for &gap_filling in self.gap_filling {
+                            for &map_size in self.map_size {
+                                rungs.push(Rung {
+                                    method: self.method,
+                                    wavelengths,
+                                    emission_size,
+                                    emission,
+                                    refraction,
+                                    gap_filling,
+                                    map_size,
+                                });
+                            }
                         }
                     }
                 }
@@ -109,6 +118,7 @@ impl Rung {
             wavelengths: Some(self.wavelengths),
             emission_size: self.emission_size,
             emission: Some(self.emission),
+            refraction: Some(self.refraction),
             gap_filling: Some(self.gap_filling),
             map_size: Some(self.map_size),
             ..Settings::of(self.method)
@@ -134,6 +144,9 @@ impl fmt::Display for Rung {
         let (size, map) = (self.emission_size, self.map_size);
         let (method, emission) = (self.method.name(), self.emission_word());
         write!(f, "{method} N={}, {size} x {size} {emission}", self.wavelengths)?;
+        if self.refraction != Settings::of(self.method).refraction() {
+            write!(f, ", {}", self.refraction.name())?;
+        }
         f.write_str(match self.gap_filling {
             GapFilling::None => "",
             GapFilling::Paper => ", gaps by the paper's text",
@@ -166,12 +179,14 @@ mod tests {
             let product = axes.wavelengths.len()
                 * axes.emission_size.len()
                 * axes.emission.len()
+                * axes.refraction.len()
                 * axes.gap_filling.len()
                 * axes.map_size.len();
             assert_eq!(of.len(), product);
             assert!(axes.wavelengths.iter().all(|&v| of.iter().any(|r| r.wavelengths == v)));
             assert!(axes.emission_size.iter().all(|&v| of.iter().any(|r| r.emission_size == v)));
             assert!(axes.emission.iter().all(|&v| of.iter().any(|r| r.emission == v)));
+            assert!(axes.refraction.iter().all(|&v| of.iter().any(|r| r.refraction == v)));
             assert!(axes.gap_filling.iter().all(|&v| of.iter().any(|r| r.gap_filling == v)));
             assert!(axes.map_size.iter().all(|&v| of.iter().any(|r| r.map_size == v)));
         }
@@ -185,6 +200,7 @@ mod tests {
             assert_eq!(settings.wavelength_count(), rung.wavelengths);
             assert_eq!(settings.emission_size, rung.emission_size);
             assert_eq!(settings.emission(), rung.emission);
+            assert_eq!(settings.refraction(), rung.refraction);
             assert_eq!(settings.gap_filling(), rung.gap_filling);
             assert_eq!(settings.map_size, Some(rung.map_size));
         }

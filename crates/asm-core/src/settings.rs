@@ -5,6 +5,7 @@ use spectral_core::observer::{Observer, VISIBLE_NM};
 use spectral_core::wavelengths::{DEFAULT_RANGE_NM, Scheme};
 
 use crate::PlanError;
+use crate::passes::photon_path::MOST_ORDERS;
 use crate::shared::crossing::{RULE_FRESNEL, RULE_GLSL};
 use crate::shared::footprint::MOST_NODES;
 
@@ -49,6 +50,32 @@ pub enum Emission {
         /// Levels that are looked at, 1 to 8; the coarsest has cells of 2^(levels - 1) tiles along each side.
         levels: u32,
     },
+}
+
+/// How light finds its way through glass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Refraction {
+    /// By what the light sees of the glass: in at its front, out at the back face that an image of them shows, on to what an image of
+    /// the receivers shows. Two interfaces of one refractor.
+    ImageSpace,
+    /// Along paths through the scene's geometry: through every surface, with [`Settings::bounces`] reflections inside the first
+    /// glass.
+    Traced,
+}
+
+impl Refraction {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::ImageSpace, Self::Traced];
+
+    /// As the command line and JSON have it.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::ImageSpace => "image-space",
+            Self::Traced => "traced",
+        }
+    }
 }
 
 /// What an interface does with light.
@@ -206,16 +233,19 @@ pub struct Settings {
     pub ray_geo_update: LandingUpdate,
     /// Steps of the search for the back face.
     pub exit_iterations: u32,
-    /// How many interfaces refract.
+    /// How many interfaces refract in image space.
     pub interfaces: Interfaces,
+    /// How light finds its way through glass; `None` is [`Refraction::Traced`] for [`Method::Footprint`], which knows no other, and
+    /// [`Refraction::ImageSpace`] for the others.
+    pub refraction: Option<Refraction>,
     /// What an interface does with light, in the map and before the camera.
-    pub refraction: RefractionRule,
+    pub refraction_rule: RefractionRule,
     /// Which reflections throw caustics.
     pub reflections: Reflections,
     /// How a camera sees glass; `None` is [`GlassView::Straight`] for [`Method::CausticsMap`] and [`GlassView::Deferred`] for the
     /// others.
     pub glass_view: Option<GlassView>,
-    /// Reflections inside glass that light is followed through, for [`Method::Footprint`]; the others follow none.
+    /// Reflections inside glass that light is followed through where refraction is traced; in image space none is.
     pub bounces: u32,
     /// How often a cell of [`Method::Footprint`] may be split where its paths go apart.
     pub cell_splits: u32,
@@ -259,7 +289,8 @@ impl Default for Settings {
             ray_geo_update: LandingUpdate::Plane,
             exit_iterations: 8,
             interfaces: Interfaces::Two,
-            refraction: RefractionRule::Fresnel,
+            refraction: None,
+            refraction_rule: RefractionRule::Fresnel,
             reflections: Reflections::Mirrors,
             glass_view: None,
             bounces: 3,
@@ -334,6 +365,14 @@ impl Settings {
         })
     }
 
+    /// How light finds its way through glass.
+    pub fn refraction(&self) -> Refraction {
+        self.refraction.unwrap_or(match self.method {
+            Method::Footprint => Refraction::Traced,
+            Method::CausticsMap | Method::Acm | Method::Asm => Refraction::ImageSpace,
+        })
+    }
+
     /// What the map shows.
     pub fn map_fit(&self) -> MapFit {
         if self.shah_intensity.is_some() {
@@ -370,7 +409,8 @@ impl Settings {
         check_count("gap_radius", self.gap_radius, 1, 15)?;
         check_count("gap_samples", self.gap_samples, 1, 64)?;
         check_count("gap_threshold", self.gap_threshold, 1, 1000)?;
-        check_count("bounces", self.bounces, 0, 7)?;
+        check_count("bounces", self.bounces, 0, MOST_ORDERS - 1)?;
+        self.check_refraction()?;
         check_count("cell_splits", self.cell_splits, 0, 8)?;
         if self.method == Method::Footprint {
             check_count("emission_size", self.emission_size, 2, 16_384)?;
@@ -390,6 +430,27 @@ impl Settings {
         }
         check_positive("shah_intensity", self.shah_intensity)?;
         check_positive("artistic_power", self.artistic_power)
+    }
+}
+
+impl Settings {
+    fn check_refraction(&self) -> Result<(), PlanError> {
+        let refused = |setting, got: &str, expected: &str| {
+            Err(PlanError::Setting { setting, got: got.into(), expected: expected.into() })
+        };
+        match (self.refraction(), self.method, self.interfaces) {
+            (Refraction::ImageSpace, Method::Footprint, _) => refused(
+                "refraction",
+                "image-space",
+                "traced with method footprint, which tells by the surfaces on its paths what belongs together",
+            ),
+            (Refraction::Traced, _, Interfaces::One) => refused(
+                "interfaces",
+                "one",
+                "two where refraction is traced, which goes through every surface",
+            ),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -11,8 +11,9 @@ use asm_core::passes::gap_reach::{GAP_REACH, GapReach};
 use asm_core::passes::map_fit::{MAP_FIT, MapFit};
 use asm_core::passes::map_resolve::{MAP_RESOLVE, MapResolve};
 use asm_core::passes::path_trace::{PATH_TRACE, PathTrace};
+use asm_core::passes::photon_path::{PHOTON_PATH, PhotonPath};
 use asm_core::passes::photon_refine::{PHOTON_REFINE, PhotonRefine};
-use asm_core::passes::photon_trace::{Band, PHOTON_TRACE, PhotonTrace};
+use asm_core::passes::photon_trace::{PHOTON_TRACE, PhotonTrace};
 use asm_core::passes::receiver_bake::{RECEIVER_BAKE, ReceiverBake};
 use asm_core::passes::shade::{SHADE, Shade, Surface};
 use asm_core::passes::uv_visibility::{UV_VISIBILITY, UvVisibility};
@@ -21,6 +22,7 @@ use asm_core::shared::bvh::BvhNode;
 use asm_core::shared::footprint::{PathEnds, PathLanding};
 use asm_core::shared::irradiance::Light;
 use asm_core::shared::optics::Optics;
+use asm_core::shared::photons::{Band, Photons};
 use asm_core::shared::triangle::Triangle;
 use asm_core::shared::view::View;
 use frame_plan::reflect::{HostLayout, check_layout, check_pass};
@@ -47,6 +49,15 @@ fn path_landing() -> HostLayout {
     layout!(PathLanding as "PathLanding" { texel, length, part, way, end, place, medium })
 }
 
+fn photons() -> HostLayout {
+    layout!(Photons as "Photons" {
+        emission_view, landing_view, landing_faces, map_view, first_band, materials, first_ledger, emission,
+        sample_stride, max_groups, path, casters, rule, landing_iterations, landing_update, splat_taps,
+        landing_center, range, spot_axis, spot_scale, spot_offset, splat_sigma, splat_share, guard_texels,
+        splat_spacing, reserved0, reserved1,
+    })
+}
+
 fn light() -> HostLayout {
     layout!(Light as "Light" {
         xyz, metres_per_unit, spot_axis, spot_scale, spot_offset, range, landing_from, direct_view, direct_faces,
@@ -68,11 +79,13 @@ fn every_struct_has_the_layout_of_its_wgsl() {
         (
             &PHOTON_TRACE,
             layout!(PhotonTrace as "PhotonTrace" {
-                emission_view, landing_view, landing_faces, first_band, materials, interfaces, exit_iterations,
-                landing_iterations, landing_update, splat_taps, splat_sigma, exit_reach, landing_center, range, spot_axis,
-                spot_scale, spot_offset, splat_share, splat_spacing, guard_texels, emission, max_groups, rule,
-                path, casters, first_ledger, map_view, sample_stride, reserved0, reserved1, reserved2,
+                photons, interfaces, exit_iterations, exit_reach, reserved0,
             }),
+        ),
+        (&PHOTON_TRACE, photons()),
+        (
+            &PHOTON_PATH,
+            layout!(PhotonPath as "PhotonPath" { photons, orders, reserved0, reserved1, reserved2 }),
         ),
         (
             &PATH_TRACE,
@@ -81,6 +94,7 @@ fn every_struct_has_the_layout_of_its_wgsl() {
                 max_groups, path, casters, rule, range, keeps_bounds, reserved0,
             }),
         ),
+        (&PHOTON_PATH, photons()),
         (&PATH_TRACE, layout!(BvhNode as "BvhNode" { low, first, high, count })),
         (&PATH_TRACE, path_landing()),
         (&PATH_TRACE, layout!(PathEnds as "PathEnds" { end, reflected, absorbed, kept_inside })),

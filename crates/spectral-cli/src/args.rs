@@ -8,7 +8,7 @@ use spectral_core::header::Format;
 use spectral_core::observer::Observer;
 use spectral_core::wavelengths::Scheme;
 
-use crate::choices::{Backend, Fit, Gaps, Glass, Method, Reflected, Refraction, Rule};
+use crate::choices::{Backend, Fit, Gaps, Glass, Method, Reflected, Rule, Way};
 use crate::values::{self, Exposure, Size, WavelengthRange};
 use crate::view::ViewArgs;
 
@@ -114,9 +114,6 @@ pub(crate) struct RunArgs {
     /// Number of wavelengths [default: the method's].
     #[arg(long, value_name = "N", value_parser = values::any_wavelengths, allow_negative_numbers = true)]
     pub(crate) wavelengths: Option<usize>,
-    /// How light finds its way through glass: image-space or traced [default: what the method has].
-    #[arg(long, value_name = "HOW")]
-    pub(crate) refraction: Option<Refraction>,
     /// Most internal reflections that are followed [default: the method's].
     #[arg(long, value_name = "B", value_parser = values::bounces, allow_negative_numbers = true)]
     pub(crate) bounces: Option<u32>,
@@ -217,6 +214,9 @@ pub(crate) struct PlanArgs {
 /// Options of the methods that run plans.
 #[derive(Clone, Debug, Args)]
 pub(crate) struct PlanOptions {
+    /// How light finds its way through glass: image-space or traced [default: the method's].
+    #[arg(long, value_name = "HOW")]
+    pub(crate) refraction: Option<Way>,
     /// Levels of adaptive photon emission, 0 for a fixed grid [default: the method's].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=8), allow_negative_numbers = true)]
     pub(crate) levels: Option<u32>,

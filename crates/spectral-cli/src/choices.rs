@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use asm_core::{GapFilling, GlassView, MapFit, Reflections, RefractionRule};
+use asm_core::{GapFilling, GlassView, MapFit, Reflections, Refraction, RefractionRule};
 use serde::Serialize;
 
 /// How light is computed.
@@ -83,30 +83,14 @@ impl FromStr for Backend {
 }
 
 /// How light finds its way through glass.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
-pub(crate) enum Refraction {
-    /// Against depth images of the refractor's faces.
-    ImageSpace,
-    /// Against the mesh itself.
-    Traced,
-}
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Way(pub(crate) Refraction);
 
-impl Refraction {
-    /// Its name on the command line.
-    pub(crate) fn name(self) -> &'static str {
-        match self {
-            Self::ImageSpace => "image-space",
-            Self::Traced => "traced",
-        }
-    }
-}
-
-impl FromStr for Refraction {
+impl FromStr for Way {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(text, &[Self::ImageSpace, Self::Traced].map(|r| (r.name(), r)), &[])
+        choose(text, &Refraction::ALL.map(|r| (r.name(), r)), &[]).map(Self)
     }
 }
 

@@ -54,7 +54,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), CliError> {
         size: *size,
         output: args.output.display().to_string(),
         method,
-        refraction: method.refraction(),
+        refraction: work.price.as_ref().map_or(run.refraction(), |p| p.rung.settings().refraction()),
         backend_asked: run.backend,
         warnings: &opened.warnings,
         display: Some(json(&display)?),

@@ -1,22 +1,14 @@
 //! What the options of `bake` and `render` mean together: which method takes which.
 
-use asm_core::{Emission, Settings};
+use asm_core::{Emission, Refraction, Settings};
 
 use crate::args::{PlanOptions, RunArgs};
-use crate::choices::{Backend, Fit, Gaps, Glass, Method, Reflected, Refraction, Rule};
+use crate::choices::{Backend, Fit, Gaps, Glass, Method, Reflected, Rule, Way};
 use crate::error::CliError;
 use crate::messages;
 use crate::values::MAX_TRACED_WAVELENGTHS;
 
 impl Method {
-    /// The one way through glass that the method has.
-    pub(crate) fn refraction(self) -> Refraction {
-        match self {
-            Self::Reference | Self::Footprint => Refraction::Traced,
-            Self::CausticsMap | Self::Acm | Self::Asm => Refraction::ImageSpace,
-        }
-    }
-
     /// The method of plans that it is.
     ///
     /// # Errors
@@ -28,28 +20,29 @@ impl Method {
             CliError::Usage(problem.into())
         })
     }
-
-    /// Names of the methods that have this way through glass.
-    fn with(refraction: Refraction) -> Vec<&'static str> {
-        Self::ALL.into_iter().filter(|m| m.refraction() == refraction).map(Self::name).collect()
-    }
 }
 
 impl RunArgs {
+    /// How light finds its way through glass.
+    pub(crate) fn refraction(&self) -> Refraction {
+        match self.method.planned() {
+            Some(method) => self.plan.settings(method, self.wavelengths, self.bounces).refraction(),
+            None => self.plan.refraction.map_or(Refraction::Traced, |Way(refraction)| refraction),
+        }
+    }
+
     /// Hold the options against the method and each other.
     ///
     /// # Errors
     /// A usage error that names the option and what would be right; a failure for what this program cannot do yet.
     pub(crate) fn check(&self) -> Result<(), CliError> {
         let method = self.method.name();
-        let refraction = self.method.refraction();
-        if let Some(asked) = self.refraction.filter(|asked| *asked != refraction) {
+        if self.refraction() == Refraction::ImageSpace
+            && matches!(self.method, Method::Reference | Method::Footprint)
+        {
             return Err(CliError::Failed(format!(
-                "--refraction {} is not available for --method {method} yet, which has {}; {} goes with --method {}",
-                asked.name(),
-                refraction.name(),
-                asked.name(),
-                Method::with(asked).join(", ")
+                "--refraction image-space is not for --method {method}, which follows light through the geometry itself: \
+                 take traced, or --method caustics-map, acm or asm"
             )));
         }
         if self.backend == Backend::Cpu
@@ -94,11 +87,11 @@ impl RunArgs {
                 ));
             }
         }
-        if self.method != Method::Footprint
+        if self.refraction() == Refraction::ImageSpace
             && let Some(bounces) = self.bounces.filter(|&bounces| bounces > 0)
         {
             messages::warn(&format!(
-                "--bounces {bounces} is not used: --method {method} follows no internal reflections"
+                "--bounces {bounces} is not used: --method {method} in image space follows no internal reflections"
             ));
         }
         Ok(())
@@ -141,7 +134,8 @@ impl PlanOptions {
                 0 => Emission::Grid,
                 levels => Emission::Adaptive { levels },
             }),
-            refraction: self.rule.map_or(defaults.refraction, |Rule(rule)| rule),
+            refraction: self.refraction.map(|Way(refraction)| refraction),
+            refraction_rule: self.rule.map_or(defaults.refraction_rule, |Rule(rule)| rule),
             glass_view: self.glass.map(|Glass(view)| view),
             reflections: self.reflections.map_or(defaults.reflections, |Reflected(which)| which),
             map_fit: self.map_fit.map(|Fit(fit)| fit),

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
-use asm_core::Price;
+use asm_core::{Price, Refraction};
 use frame_plan::DeviceInfo;
 use serde::Serialize;
 use serde_json::{Map, Value};
 
-use crate::choices::{Backend, Method, Refraction};
+use crate::choices::{Backend, Method};
 use crate::error::CliError;
 use crate::values::Size;
 

@@ -25,6 +25,9 @@ pub(crate) fn take_method(settings: &mut Settings, method: Method) {
         settings.wavelengths = None;
     }
     settings.method = method;
+    if method == Method::Footprint {
+        settings.refraction = None; // it knows one way
+    }
 }
 
 /// What runs plans for the window.

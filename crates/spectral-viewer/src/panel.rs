@@ -1,6 +1,6 @@
 //! The controls, and the picture beside them.
 
-use asm_core::Statistics;
+use asm_core::{Method, Refraction, Statistics};
 use egui::{
     CentralPanel, Color32, ComboBox, Frame, Grid, Key, Panel, Pos2, Rect, RichText, ScrollArea, Sense,
     Slider, TextureId, Ui, pos2,
@@ -160,6 +160,17 @@ fn choices(ui: &mut Ui, view: &mut View) {
     row(ui, "Executor", "E", |ui| {
         for runner in Runner::ALL {
             ui.selectable_value(&mut choices.runner, runner, runner.name());
+        }
+    });
+    row(ui, "Refraction", "How light finds its way through glass", |ui| {
+        let ways = Refraction::ALL.into_iter();
+        let of_method =
+            |way: &Refraction| choices.settings.method != Method::Footprint || *way == Refraction::Traced;
+        for way in ways.filter(of_method).collect::<Vec<_>>() {
+            let mut chosen = choices.settings.refraction();
+            if ui.selectable_value(&mut chosen, way, way.name()).changed() {
+                choices.settings.refraction = Some(way);
+            }
         }
     });
     row(ui, "Gap filling", "F", |ui| {

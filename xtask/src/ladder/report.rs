@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use asm_core::GapFilling;
+use asm_core::{GapFilling, Refraction};
 use serde::Serialize;
 use xtask::executor_entry::{ExecutorEntry, Status};
 use xtask::sabotage::Sabotage;
@@ -195,6 +195,7 @@ struct CsvRow<'a> {
     wavelengths: u32,
     emission_size: u32,
     emission: String,
+    refraction: Refraction,
     gap_filling: GapFilling,
     map_size: u32,
     ms: Option<f64>,
@@ -229,6 +230,7 @@ impl<'a> CsvRow<'a> {
             wavelengths: row.rung.wavelengths,
             emission_size: row.rung.emission_size,
             emission: row.rung.emission_word(),
+            refraction: row.rung.refraction,
             gap_filling: row.rung.gap_filling,
             map_size: row.rung.map_size,
             ms: outcome.map(|o| o.frame.ms),

@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use asm_core::{Emission, GapFilling, Method};
+use asm_core::{Emission, GapFilling, Method, Refraction};
 
 use super::*;
 
@@ -23,6 +23,7 @@ fn rung(emission_size: u32) -> Rung {
         wavelengths: 3,
         emission_size,
         emission: Emission::Grid,
+        refraction: Refraction::ImageSpace,
         gap_filling: GapFilling::None,
         map_size: 64,
     }

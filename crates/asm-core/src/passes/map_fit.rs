@@ -6,8 +6,8 @@ use bytemuck::{Pod, Zeroable};
 use frame_plan::{BindingKind, PassInfo, PassKind};
 use glam::{BVec2, UVec2, Vec2};
 
-use super::photon_trace::BOUNDS_WORDS;
 use super::{VIEW_WGSL, binding};
+use crate::shared::photons::BOUNDS_WORDS;
 use crate::shared::view::View;
 
 /// Uniform of the pass; mirrors `MapFit` in `shaders/map_fit.wgsl`.

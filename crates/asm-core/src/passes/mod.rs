@@ -11,6 +11,7 @@ pub mod gap_reach;
 pub mod map_fit;
 pub mod map_resolve;
 pub mod path_trace;
+pub mod photon_path;
 pub mod photon_refine;
 pub mod photon_trace;
 pub mod receiver_bake;
@@ -25,6 +26,7 @@ pub const PASSES: PassSet = PassSet(&[
     &coverage_mip::COVERAGE_MIP,
     &photon_refine::PHOTON_REFINE,
     &photon_trace::PHOTON_TRACE,
+    &photon_path::PHOTON_PATH,
     &path_trace::PATH_TRACE,
     &footprint_splat::FOOTPRINT_SPLAT,
     &map_fit::MAP_FIT,
@@ -50,6 +52,8 @@ const PHOTON_QUEUE_WGSL: &str = include_str!("../../../../shaders/shared/photon_
 const GAP_WGSL: &str = include_str!("../../../../shaders/shared/gap.wgsl");
 const EMISSION_WGSL: &str = include_str!("../../../../shaders/shared/emission.wgsl");
 const LIGHT_PATH_WGSL: &str = include_str!("../../../../shaders/shared/light_path.wgsl");
+const PHOTONS_WGSL: &str = include_str!("../../../../shaders/shared/photons.wgsl");
+const LANDING_SEARCH_WGSL: &str = include_str!("../../../../shaders/shared/landing_search.wgsl");
 const BVH_WGSL: &str = include_str!("../../../../shaders/shared/bvh.wgsl");
 const FOOTPRINT_WGSL: &str = include_str!("../../../../shaders/shared/footprint.wgsl");
 const CROSSING_WGSL: &str = include_str!("../../../../shaders/shared/crossing.wgsl");

@@ -6,10 +6,9 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use bytemuck::{Pod, Zeroable};
 use frame_plan::cpu::TextureView;
 use frame_plan::{BindingKind, PassInfo, PassKind};
-use glam::{UVec2, Vec2};
+use glam::UVec2;
 use rayon::prelude::*;
 
-use super::photon_trace::BOUNDS_WORDS;
 use super::{
     BVH_WGSL, CROSSING_WGSL, EMISSION_WGSL, FLUX_WGSL, FOOTPRINT_WGSL, LEDGER_WGSL, LIGHT_PATH_WGSL,
     LIGHT_VIEWS_WGSL, OPTICS_WGSL, PHOTON_QUEUE_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL,
@@ -22,6 +21,7 @@ use crate::shared::ledger::*;
 use crate::shared::light_path::{Arrival, LightPaths, way_on};
 use crate::shared::optics::Optics;
 use crate::shared::photon_queue::QUEUE_COUNT;
+use crate::shared::photons::landing_bounds_add;
 use crate::shared::view::View;
 
 /// Uniform of the pass; mirrors `PathTrace` in `shaders/path_trace.wgsl`.
@@ -223,12 +223,8 @@ impl<'a> Inputs<'a> {
     }
 
     fn add_bounds(&self, landing: &PathLanding, bounds: &[AtomicU32]) {
-        let face = (landing.place & 0xff) as usize;
-        let size = self.views[self.params.landing_view as usize + face].size;
-        let texel = landing.texel.max(Vec2::ZERO).as_uvec2().min(size - 1);
-        let from = [size.x - texel.x, texel.x + 1, size.y - texel.y, texel.y + 1];
-        for (word, from) in bounds[BOUNDS_WORDS * face..].iter().zip(from) {
-            word.fetch_max(from, Ordering::Relaxed);
-        }
+        let face = landing.place & 0xff;
+        let size = self.views[(self.params.landing_view + face) as usize].size;
+        landing_bounds_add(size, face, landing.texel, bounds);
     }
 }

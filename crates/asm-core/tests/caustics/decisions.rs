@@ -2,19 +2,20 @@
 
 use std::collections::BTreeSet;
 
-use asm_core::{Method, Settings, bake_plan, render_plan};
+use asm_core::{Method, Refraction, Settings, bake_plan, render_plan};
 use frame_plan::{Limits, Plan};
 use spectral_scene::{BUNDLED, Scene, bundled};
 
 const METHODS: [Method; 3] = [Method::CausticsMap, Method::Acm, Method::Asm];
 
 /// Passes of every plan.
-const OF_BOTH: [&str; 9] = [
+const OF_BOTH: [&str; 10] = [
     "visibility",
     "coverage_mip",
     "photon_refine",
     "map_fit",
     "photon_trace",
+    "photon_path",
     "gap_mask",
     "gap_reach",
     "gap_fill",
@@ -54,8 +55,16 @@ fn contradictions(plan: &Plan, own: [&str; 2]) -> Vec<String> {
 
 fn assert_decided(what: &str, scene: &Scene) {
     for method in METHODS {
-        for prune in [true, false] {
-            let settings = Settings { prune, emission_size: 64, map_size: Some(64), ..Settings::of(method) };
+        for (prune, refraction) in
+            [true, false].into_iter().flat_map(|prune| Refraction::ALL.map(|refraction| (prune, refraction)))
+        {
+            let settings = Settings {
+                prune,
+                refraction: Some(refraction),
+                emission_size: 64,
+                map_size: Some(64),
+                ..Settings::of(method)
+            };
             for (plan, own) in plans(scene, &settings) {
                 let found = contradictions(&plan, own);
                 assert!(found.is_empty(), "{what}, {method:?}, {}, pruned {prune}: {found:?}", plan.name);

@@ -206,7 +206,7 @@ fn glsl_reflects_nothing_and_puts_total_reflection_down_where_it_is() {
         }
     }
     let ledger = |refraction| {
-        let settings = Settings { refraction, ..aligned(64) };
+        let settings = Settings { refraction_rule: refraction, ..aligned(64) };
         bake(&scene, 32, &settings).1.lights[0].ledgers[0]
     };
     let (fresnel, glsl) = (ledger(RefractionRule::Fresnel), ledger(RefractionRule::Glsl));
@@ -216,7 +216,7 @@ fn glsl_reflects_nothing_and_puts_total_reflection_down_where_it_is() {
     // Where nothing reflects totally, the two differ by what Fresnel takes.
     let plate = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
     let landed = |refraction, interfaces| {
-        let settings = Settings { refraction, interfaces, ..aligned(64) };
+        let settings = Settings { refraction_rule: refraction, interfaces, ..aligned(64) };
         let ledger = bake(&plate, 32, &settings).1.lights[0].ledgers[0];
         ledger.landed.flux as f64 / ledger.emitted.flux as f64
     };

@@ -1,6 +1,8 @@
 //! What ACM and ASM plan for each scene, and why.
 
-use asm_core::{Emission, GapFilling, Method, PlanError, Settings, bake_plan, render_plan};
+use asm_core::{
+    Emission, GapFilling, Interfaces, Method, PlanError, Refraction, Settings, bake_plan, render_plan,
+};
 use frame_plan::{Executor, Limits, Plan, Step};
 use spectral_core::dispersion::Dispersion;
 use spectral_core::wavelengths::Scheme;
@@ -152,6 +154,48 @@ fn footprints_have_their_plans() {
 }
 
 #[test]
+fn traced_photons_have_the_steps_of_others_but_the_search_for_exits() {
+    for scene in BUNDLED.iter().map(|name| bundled(name).unwrap()) {
+        let name = &scene.name;
+        for method in [Method::CausticsMap, Method::Acm, Method::Asm] {
+            let of = |refraction| Settings { refraction: Some(refraction), ..Settings::of(method) };
+            let (image_space, traced) =
+                (bake_of(&scene, &of(Refraction::ImageSpace)), bake_of(&scene, &of(Refraction::Traced)));
+            assert_eq!(image_space, bake_of(&scene, &Settings::of(method)), "{name}: the default");
+            let wanted = image_space.step_names().into_iter().filter(|step| !step.ends_with(", exit)"));
+            let wanted: Vec<_> = wanted.map(|step| step.replace("photon_trace", "photon_path")).collect();
+            assert_eq!(traced.step_names(), wanted, "{name} {method:?}");
+            assert!(wanted.iter().any(|step| step.starts_with("photon_path")), "{name} {method:?}");
+            for (plan, pass, other) in
+                [(&image_space, "photon_trace", "photon_path"), (&traced, "photon_path", "photon_trace")]
+            {
+                assert_eq!((reasons(plan, pass, true).len(), reasons(plan, other, false).len()), (1, 1));
+            }
+            assert!(reasons(&traced, "photon_trace", false)[0].contains("paths through the geometry"));
+            for prune in [true, false] {
+                let settings = Settings { prune, ..of(Refraction::Traced) };
+                bake_of(&scene, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
+                let picture = render_plan(&scene, 0, [64; 2], &settings, &Limits::default()).unwrap();
+                picture.plan.validate(&asm_core::PASSES, &Limits::default()).unwrap();
+            }
+        }
+    }
+}
+
+#[test]
+fn notes_of_paths_say_what_is_followed() {
+    let notes = |bounces| {
+        let settings =
+            Settings { bounces, refraction: Some(Refraction::Traced), ..Settings::of(Method::Asm) };
+        let plan = bake_of(&bundled("gem").unwrap(), &settings);
+        plan.decisions.iter().find(|d| d.pass == "photon_path").unwrap().notes.join("; ")
+    };
+    assert!(notes(0).contains("no reflection inside"), "{}", notes(0));
+    assert!(notes(1).contains("1 reflection inside"), "{}", notes(1));
+    assert!(notes(3).contains("3 reflections inside"), "{}", notes(3));
+}
+
+#[test]
 fn bundled_scenes_with_mirrors_have_their_plans() {
     let mut seen = 0;
     for scene in BUNDLED.iter().map(|name| bundled(name).unwrap()) {
@@ -261,6 +305,14 @@ fn settings_of_the_methods_are_checked() {
         (Settings { gap_radius: 16, ..base() }, "gap_radius"),
         (Settings { gap_samples: 0, ..base() }, "gap_samples"),
         (Settings { gap_threshold: 0, ..base() }, "gap_threshold"),
+        (
+            Settings { refraction: Some(Refraction::ImageSpace), ..Settings::of(Method::Footprint) },
+            "refraction",
+        ),
+        (
+            Settings { refraction: Some(Refraction::Traced), interfaces: Interfaces::One, ..base() },
+            "interfaces",
+        ),
     ] {
         let error = bake_plan(&scene, receiver, [8; 2], &settings, &Limits::default()).unwrap_err();
         assert!(matches!(error, PlanError::Setting { setting, .. } if setting == name), "{error}");
