@@ -72,6 +72,51 @@ pub enum PondError {
         /// The longest stable step, seconds.
         max_s: f64,
     },
+    /// A surface on another grid than the one that kernels were computed for.
+    #[error("the surface has {got:?} samples on {got_m:?} m, the kernels are for {size:?} on {extent_m:?} m")]
+    OtherGrid {
+        /// Its samples.
+        got: [usize; 2],
+        /// Its extent, metres.
+        got_m: [f64; 2],
+        /// The kernels' samples.
+        size: [usize; 2],
+        /// The kernels' extent, metres.
+        extent_m: [f64; 2],
+    },
+    /// Beams that no floor below is lit by, or none that a kernel could be made for.
+    #[error(
+        "{upwards} of {samples} beams below the surface do not travel downwards; `exact` takes such a surface"
+    )]
+    UpwardBeams {
+        /// How many.
+        upwards: usize,
+        /// Of how many.
+        samples: usize,
+    },
+    /// A lobe that falls between the samples.
+    #[error(
+        "the lobe is {lobe_samples:.2e} samples wide on the floor, which no kernel resolves; it must be at least {min}: more \
+        samples, less clear or deeper water"
+    )]
+    Unresolved {
+        /// Its standard deviation in samples.
+        lobe_samples: f64,
+        /// The least that is taken.
+        min: f64,
+    },
+    /// An error that more terms than allowed would be needed for.
+    #[error(
+        "{terms} terms leave an error of {reached:.2e}, {asked:.2e} was asked for; allow more, ask for less, or use `exact`"
+    )]
+    Terms {
+        /// Terms tried.
+        terms: usize,
+        /// Relative RMS error that they leave.
+        reached: f64,
+        /// The error asked for.
+        asked: f64,
+    },
     /// A file that holds no height field.
     #[error("{}: {problem}", .path.display())]
     File {

@@ -5,86 +5,13 @@
 //! ([`FloorReport::lobe_samples`]), since a sum over a grid of a smooth function converges faster than any power of the pitch.
 
 use rayon::prelude::*;
-use serde::Serialize;
 
 use crate::error::PondError;
+use crate::floor::{FloorGrid, FloorLight, floor_light};
 use crate::height_field::{HeightField, check_grid, positions_m};
 use crate::lobe::{Lobe, downward_share};
 use crate::pond::{Form, Outside, Pond};
-use crate::surface_light::{SurfaceLight, SurfaceReport};
-
-/// Points of the floor, at the centres of a grid's cells.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FloorGrid {
-    /// Samples in x and y.
-    pub size: [usize; 2],
-    /// Corner of cell (0, 0), metres from the pond's corner.
-    pub corner_m: [f64; 2],
-    /// Length in x and y, metres.
-    pub extent_m: [f64; 2],
-}
-
-impl FloorGrid {
-    /// The floor straight below a surface, sample below sample.
-    #[must_use]
-    pub fn below(surface: &HeightField) -> Self {
-        Self { size: surface.size, corner_m: [0.0; 2], extent_m: surface.extent_m }
-    }
-
-    /// Every `stride`-th sample of this grid in x and y, from the first on; the last ones may be left over.
-    #[must_use]
-    pub fn every(&self, stride: usize) -> Self {
-        let size = self.size.map(|side| (side / stride).max(1));
-        let pitch_m = [0, 1].map(|k| self.extent_m[k] / self.size[k] as f64);
-        let shift = 0.5 * (stride as f64 - 1.0);
-        Self {
-            size,
-            corner_m: [0, 1].map(|k| self.corner_m[k] - shift * pitch_m[k]),
-            extent_m: [0, 1].map(|k| (size[k] * stride) as f64 * pitch_m[k]),
-        }
-    }
-
-    /// Area of a cell, square metres.
-    #[must_use]
-    pub fn cell_m2(&self) -> f64 {
-        self.extent_m[0] / self.size[0] as f64 * (self.extent_m[1] / self.size[1] as f64)
-    }
-}
-
-/// Irradiance on the floor.
-#[derive(Clone, Debug)]
-pub struct FloorLight {
-    /// Where.
-    pub grid: FloorGrid,
-    /// Irradiance, in the unit of the pond's illumination; row-major, x fastest.
-    pub irradiance: Vec<f64>,
-    /// What is noteworthy.
-    pub report: FloorReport,
-}
-
-/// What is noteworthy about a computed floor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct FloorReport {
-    /// The surface under its light.
-    pub surface: SurfaceReport,
-    /// Flux on the floor that was computed.
-    pub floor_flux: f64,
-    /// Standard deviation of the lobe of a vertical beam on the floor, in samples of the surface. Below 1 the grid does not
-    /// resolve it: single facets show as dots, and the sum is no irradiance between them.
-    pub lobe_samples: f64,
-    /// Ponds on each side that were summed over; 0 where the outside is dark.
-    pub periodic_tiles: i64,
-    /// Largest share of the light that is missing since those beyond were not.
-    pub periodic_tail: f64,
-}
-
-impl FloorLight {
-    /// Flux on this floor: irradiance times area.
-    #[must_use]
-    pub fn flux(&self) -> f64 {
-        self.irradiance.iter().sum::<f64>() * self.grid.cell_m2()
-    }
-}
+use crate::surface_light::SurfaceLight;
 
 /// The light on `floor` by direct summation of the pond's integral over `surface`.
 ///
@@ -120,14 +47,7 @@ pub fn exact(surface: &HeightField, pond: &Pond, floor: FloorGrid) -> Result<Flo
         spread + resting / (surface.pitch_m()[0] * surface.pitch_m()[1])
     };
     let irradiance: Vec<f64> = points.par_iter().map(at).collect();
-    let report = FloorReport {
-        surface: light.report,
-        floor_flux: irradiance.iter().sum::<f64>() * floor.cell_m2(),
-        lobe_samples: lobe_samples(surface, pond),
-        periodic_tiles: tiles,
-        periodic_tail: tail,
-    };
-    Ok(FloorLight { grid: floor, irradiance, report })
+    Ok(floor_light(surface, pond, &light, floor, irradiance, (tiles, tail)))
 }
 
 /// Light of one sample below the surface.
@@ -212,11 +132,4 @@ pub(crate) fn check_clear_of_floor(surface: &HeightField, pond: &Pond) -> Result
 pub(crate) fn largest_tilt(light: &SurfaceLight) -> f64 {
     let flattest = light.directions.iter().fold(1.0_f64, |flattest, direction| flattest.min(-direction[2]));
     flattest.clamp(-1.0, 1.0).acos()
-}
-
-/// Standard deviation of the lobe on the floor, in samples: cos^(2a) is nearly a Gaussian of variance 1 / (2a) in angle.
-pub(crate) fn lobe_samples(surface: &HeightField, pond: &Pond) -> f64 {
-    let sigma_m = pond.depth_m / (2.0 * pond.scattering).max(1.0).sqrt();
-    let [dx, dy] = surface.pitch_m();
-    sigma_m / dx.max(dy)
 }

@@ -9,13 +9,17 @@
 //!
 //! Every grid is row-major, x fastest.
 
+mod convolution;
+mod convolve;
 mod distance_table;
 mod error;
 mod exact;
 mod exr_heights;
+mod floor;
 mod height_field;
 mod impulse;
 mod lobe;
+mod low_rank;
 mod normals;
 mod pond;
 mod shadow;
@@ -23,12 +27,16 @@ mod surface_light;
 mod walls;
 mod wave_equation;
 
+pub use convolution::{Convolution, ConvolutionSettings};
+pub use convolve::{Convolve, Sample};
 pub use distance_table::{DistanceTable, heights_by_table};
 pub use error::PondError;
-pub use exact::{FloorGrid, FloorLight, FloorReport, exact};
+pub use exact::exact;
+pub use floor::{FloorGrid, FloorLight, FloorReport, relative_rms};
 pub use height_field::HeightField;
 pub use impulse::{Impulse, Ripple, impulse_heights};
 pub use lobe::downward_share;
+pub use low_rank::{LowRank, LowRankFloor, LowRankReport, LowRankSettings};
 pub use pond::{Form, Illumination, Normals, Outside, Pond, light_tilted_deg};
 pub use surface_light::{SurfaceLight, SurfaceReport};
 pub use walls::{WallImages, wall_images};

@@ -1,5 +1,6 @@
 //! What passes the surface: passes 1 to 3 of the paper without their tables, in f64.
 
+use rayon::prelude::*;
 use serde::Serialize;
 use spectral_core::optics::{Refraction, refract};
 
@@ -44,6 +45,45 @@ pub struct SurfaceReport {
     pub transmitted_flux: f64,
 }
 
+/// Samples that are worth a task of their own.
+const CHUNK: usize = 512;
+
+/// What became of the light at one sample.
+struct Beam {
+    fate: Fate,
+    direction: [f64; 3],
+    incident: f64,
+    flux: f64,
+}
+
+enum Fate {
+    Passed,
+    TurnedAway,
+    SelfShadowed,
+    TotallyReflected,
+}
+
+impl Beam {
+    fn dark(fate: Fate, incident: f64) -> Self {
+        Self { fate, direction: [0.0, 0.0, -1.0], incident, flux: 0.0 }
+    }
+}
+
+impl SurfaceReport {
+    fn count(&mut self, beam: &Beam, steepness: f64) {
+        self.steepest_slope = self.steepest_slope.max(steepness);
+        self.past_45_degrees += usize::from(steepness > 1.0);
+        self.incident_flux += beam.incident;
+        self.transmitted_flux += beam.flux;
+        match beam.fate {
+            Fate::Passed => {}
+            Fate::TurnedAway => self.turned_away += 1,
+            Fate::SelfShadowed => self.self_shadowed += 1,
+            Fate::TotallyReflected => self.totally_reflected += 1,
+        }
+    }
+}
+
 impl SurfaceLight {
     /// The light below `surface`.
     ///
@@ -58,46 +98,36 @@ impl SurfaceLight {
             Form::Physical => self_shadowed(surface, light, pond.outside),
             Form::Paper => vec![false; surface.heights_m.len()],
         };
-        let samples = surface.heights_m.len();
-        let mut report = SurfaceReport { samples, ..SurfaceReport::default() };
-        let mut directions = Vec::with_capacity(samples);
-        let mut flux = Vec::with_capacity(samples);
-        for (sample, slope) in slopes(surface, pond.normals, pond.outside).into_iter().enumerate() {
-            let steepness = slope[0].hypot(slope[1]);
-            report.steepest_slope = report.steepest_slope.max(steepness);
-            report.past_45_degrees += usize::from(steepness > 1.0);
-            let normal = normal_of_slopes(slope);
+        let beam = |(sample, slope): (usize, &[f64; 2])| {
+            let normal = normal_of_slopes(*slope);
             let cos_i = -(light[0] * normal[0] + light[1] * normal[1] + light[2] * normal[2]);
-            let dark = if cos_i <= 0.0 {
-                Some(&mut report.turned_away)
-            } else if shadows[sample] {
-                Some(&mut report.self_shadowed)
-            } else {
-                None
-            };
-            if let Some(count) = dark {
-                *count += 1;
-                directions.push([0.0, 0.0, -1.0]);
-                flux.push(0.0);
-                continue;
-            }
             let facet_m2 = match pond.form {
                 Form::Physical => cell_m2 / normal[2],
                 Form::Paper => cell_m2,
             };
             let incident = pond.illumination.at(sample) * cos_i * facet_m2;
-            report.incident_flux += incident;
-            let (direction, passed) = match refract(light, normal, eta) {
-                Refraction::Transmitted(direction, fresnel) => (direction, incident * fresnel.transmitted),
-                Refraction::TotalReflection => {
-                    report.totally_reflected += 1;
-                    ([0.0, 0.0, -1.0], 0.0)
+            if cos_i <= 0.0 {
+                return Beam::dark(Fate::TurnedAway, 0.0);
+            }
+            if shadows[sample] {
+                return Beam::dark(Fate::SelfShadowed, 0.0);
+            }
+            match refract(light, normal, eta) {
+                Refraction::Transmitted(direction, fresnel) => {
+                    let flux = incident * fresnel.transmitted;
+                    Beam { fate: Fate::Passed, direction, incident, flux }
                 }
-            };
-            report.transmitted_flux += passed;
-            directions.push(direction);
-            flux.push(passed);
+                Refraction::TotalReflection => Beam::dark(Fate::TotallyReflected, incident),
+            }
+        };
+        let slopes = slopes(surface, pond.normals, pond.outside);
+        let beams: Vec<Beam> = slopes.par_iter().enumerate().with_min_len(CHUNK).map(beam).collect();
+        let mut report = SurfaceReport { samples: beams.len(), ..SurfaceReport::default() };
+        for (beam, slope) in beams.iter().zip(&slopes) {
+            report.count(beam, slope[0].hypot(slope[1]));
         }
+        let directions = beams.iter().map(|beam| beam.direction).collect();
+        let flux = beams.iter().map(|beam| beam.flux).collect();
         Ok(Self { size: surface.size, directions, flux, report })
     }
 }
