@@ -15,6 +15,7 @@ mod indices;
 mod lamps;
 mod map_fit;
 mod method_plans;
+mod paths;
 mod plans;
 mod reflections;
 mod stage;
