@@ -131,11 +131,10 @@ fn refraction_that_a_method_lacks_names_what_there_is() {
             spectral(&run).failed(&["image-space", method, "take traced", "caustics-map, acm or asm"]);
         }
     }
-    spectral("plan sphere --method footprint --refraction image-space").failed(&[
-        "image-space",
-        "traced",
-        "footprint",
-    ]);
+    let plan = spectral("plan sphere --method footprint --refraction image-space").done().stdout;
+    assert!(plan.contains("no plan for a bake: refraction is image-space, it must be traced"), "{plan}");
+    let plan = spectral("plan gem --method asm --refraction traced").done().stdout;
+    assert!(plan.contains("3 reflections inside the first glass"), "{plan}");
 }
 
 /// Options for every method count where they mean something, and a warning says where they do not.
