@@ -42,10 +42,19 @@ fn meets_within(t: Triangle, hit: PlaneHit) -> bool {
     return beside * beside * dot(n, n) <= BESIDE * BESIDE * longest;
 }
 
+// Surfaces of a ray's own object are met beyond this distance. Of closed glass only faces are sought that the start does not lie
+// on: no tolerance is needed, and films of a millionth have two sides. Other objects may touch the start, and are met there.
+fn least_distance(t: Triangle, start_object: u32) -> f32 {
+    if start_object != NO_OBJECT && t.object != start_object {
+        return -SAME_SURFACE;
+    }
+    return select(SAME_SURFACE, 0.0, (t.flags & (TRIANGLE_REFRACTS | TRIANGLE_OPEN)) == TRIANGLE_REFRACTS);
+}
+
 // In a refractor light leaves by its own faces only; outside it enters closed ones by faces turned towards it. Open ones are met
 // from both sides, and so is what is opaque.
 fn meets(t: Triangle, visible: u32, hit: PlaneHit, sought: Sought) -> bool {
-    if visible == sought.start || hit.distance <= SAME_SURFACE || !meets_within(t, hit) {
+    if visible == sought.start || !meets_within(t, hit) {
         return false;
     }
     if sought.only != 0u && (t.flags & sought.only) == 0u {
@@ -67,7 +76,7 @@ fn box_distance(node: BvhNode, origin: vec3<f32>, inverse: vec3<f32>, farthest: 
     let near = min(a, b);
     let far = max(a, b);
     let enters = max(max(near.x, near.y), max(near.z, 0.0));
-    let leaves = min(far.x, min(far.y, far.z)) * 1.000001;
+    let leaves = min(far.x, min(far.y, far.z)) * 1.000001 + SAME_SURFACE;
     return select(farthest, enters, enters <= leaves);
 }
 
@@ -76,10 +85,16 @@ const LEAST_COMPONENT: f32 = 1e-12;
 
 const FARTHEST: f32 = 1e30;
 
+// Glass that touches what is opaque is left before that is met.
 fn nearest_surface(ray: Ray, sought: Sought) -> SurfaceHit {
     let away = select(vec3<f32>(-LEAST_COMPONENT), vec3<f32>(LEAST_COMPONENT), ray.direction >= vec3<f32>(0.0));
     let inverse = 1.0 / select(ray.direction, away, abs(ray.direction) < vec3<f32>(LEAST_COMPONENT));
     var best = SurfaceHit(NOTHING, PlaneHit(false, 0.0, FARTHEST, 0.0, 0.0));
+    var best_rank = FARTHEST;
+    var start_object = NO_OBJECT;
+    if sought.start != NOTHING {
+        start_object = triangles[sought.start - 1u].object;
+    }
     var stack: array<u32, BVH_STACK>;
     var waiting = 0u;
     var at = 0u;
@@ -87,21 +102,26 @@ fn nearest_surface(ray: Ray, sought: Sought) -> SurfaceHit {
         let node = bvh[at];
         if node.count == 1u {
             let t = triangles[node.first];
-            let hit = plane_hit(t, ray);
+            var hit = plane_hit(t, ray);
+            let beyond = hit.distance > least_distance(t, start_object);
+            hit.distance = max(hit.distance, 0.0);
             let visible = node.first + 1u;
-            let nearer = hit.distance < best.hit.distance || (hit.distance == best.hit.distance && visible < best.visible);
-            if nearer && meets(t, visible, hit, sought) {
+            let last = sought.object != NO_OBJECT && (t.flags & TRIANGLE_REFRACTS) == 0u;
+            let rank = hit.distance + select(0.0, SAME_SURFACE, last);
+            let nearer = rank < best_rank || (rank == best_rank && visible < best.visible);
+            if beyond && nearer && meets(t, visible, hit, sought) {
                 best = SurfaceHit(visible, hit);
+                best_rank = rank;
             }
         } else {
             let a = box_distance(bvh[node.first], ray.origin, inverse, FARTHEST);
             let b = box_distance(bvh[node.first + 1u], ray.origin, inverse, FARTHEST);
             let second = u32(b < a);
-            if max(a, b) <= best.hit.distance && max(a, b) < FARTHEST {
+            if max(a, b) <= best_rank && max(a, b) < FARTHEST {
                 stack[waiting] = node.first + 1u - second;
                 waiting += 1u;
             }
-            if min(a, b) <= best.hit.distance && min(a, b) < FARTHEST {
+            if min(a, b) <= best_rank && min(a, b) < FARTHEST {
                 at = node.first + second;
                 continue;
             }

@@ -73,8 +73,20 @@ pub(crate) fn meets_within(t: &Triangle, hit: &PlaneHit) -> bool {
     beside * beside * e1.cross(e2).length_squared() <= BESIDE * BESIDE * longest
 }
 
+/// Surfaces of a ray's own object are met beyond this distance. Of closed glass only faces are sought that the start does not lie
+/// on: no tolerance is needed, and films of a millionth have two sides. Other objects may touch the start, and are met there.
+fn least_distance(t: &Triangle, start_object: u32) -> f32 {
+    if start_object != NO_OBJECT && t.object != start_object {
+        -SAME_SURFACE
+    } else if t.flags & (TRIANGLE_REFRACTS | TRIANGLE_OPEN) == TRIANGLE_REFRACTS {
+        0.0
+    } else {
+        SAME_SURFACE
+    }
+}
+
 fn meets(t: &Triangle, visible: u32, hit: &PlaneHit, sought: &Sought) -> bool {
-    if visible == sought.start || hit.distance <= SAME_SURFACE || !meets_within(t, hit) {
+    if visible == sought.start || !meets_within(t, hit) {
         return false;
     }
     if sought.only != 0 && t.flags & sought.only == 0 {
@@ -93,12 +105,12 @@ fn box_distance(node: &BvhNode, origin: Vec3, inverse: Vec3) -> f32 {
     let a = (node.low - origin) * inverse;
     let b = (node.high - origin) * inverse;
     let enters = a.min(b).max_element().max(0.0);
-    let leaves = a.max(b).min_element() * 1.000_001;
+    let leaves = a.max(b).min_element() * 1.000_001 + SAME_SURFACE;
     if enters <= leaves { enters } else { FARTHEST }
 }
 
 impl Surfaces<'_> {
-    /// The nearest of the sought surfaces on a ray, but those within [`SAME_SURFACE`] of its origin.
+    /// The nearest of the sought surfaces on a ray. Glass that touches what is opaque is left before that is met.
     pub fn nearest(&self, ray: Ray, sought: &Sought) -> SurfaceHit {
         let component = |d: f32| {
             if d.abs() >= LEAST_COMPONENT {
@@ -112,28 +124,37 @@ impl Surfaces<'_> {
         let inverse = ray.direction.map(component).recip();
         let nothing = PlaneHit { distance: FARTHEST, ..PlaneHit::default() };
         let mut best = SurfaceHit { visible: NOTHING, hit: nothing };
+        let mut best_rank = FARTHEST;
+        let start_object = match sought.start {
+            NOTHING => NO_OBJECT,
+            start => self.triangles[start as usize - 1].object,
+        };
         let mut stack = [0_u32; BVH_STACK];
         let (mut waiting, mut at) = (0, 0_u32);
         loop {
             let node = &self.bvh[at as usize];
             if node.count == 1 {
                 let t = &self.triangles[node.first as usize];
-                let hit = t.plane_hit(ray);
+                let mut hit = t.plane_hit(ray);
+                let beyond = hit.distance > least_distance(t, start_object);
+                hit.distance = hit.distance.max(0.0);
                 let visible = node.first + 1;
-                let nearer = hit.distance < best.hit.distance
-                    || (hit.distance == best.hit.distance && visible < best.visible);
-                if nearer && meets(t, visible, &hit, sought) {
+                let last = sought.object != NO_OBJECT && t.flags & TRIANGLE_REFRACTS == 0;
+                let rank = hit.distance + if last { SAME_SURFACE } else { 0.0 };
+                let nearer = rank < best_rank || (rank == best_rank && visible < best.visible);
+                if beyond && nearer && meets(t, visible, &hit, sought) {
                     best = SurfaceHit { visible, hit };
+                    best_rank = rank;
                 }
             } else {
                 let [a, b] = [node.first, node.first + 1]
                     .map(|child| box_distance(&self.bvh[child as usize], ray.origin, inverse));
                 let second = u32::from(b < a);
-                if a.max(b) <= best.hit.distance && a.max(b) < FARTHEST {
+                if a.max(b) <= best_rank && a.max(b) < FARTHEST {
                     stack[waiting] = node.first + 1 - second;
                     waiting += 1;
                 }
-                if a.min(b) <= best.hit.distance && a.min(b) < FARTHEST {
+                if a.min(b) <= best_rank && a.min(b) < FARTHEST {
                     at = node.first + second;
                     continue;
                 }
