@@ -1,4 +1,5 @@
-//! `cargo xtask bench`: the tables 2 and 3 of Blanchette & Agu 2013, and moving frames, measured here on every executor.
+//! `cargo xtask bench`: the tables 2 and 3 of Blanchette & Agu 2013, and moving frames, measured here on every executor;
+//! with `--peers` the race against other renderers.
 //!
 //! What is compared is measured in turns, in one run, on one device: shared machines slow down and speed up, ratios stay.
 
@@ -6,6 +7,7 @@ mod coverage;
 mod frames;
 mod moving;
 mod objects;
+mod peers;
 mod report;
 
 use std::path::PathBuf;
@@ -39,6 +41,12 @@ pub(crate) struct Args {
     /// Where the report goes.
     #[arg(long, value_name = "DIR", default_value_os_t = paths::target().join("bench"))]
     out: PathBuf,
+    /// Instead: race Mitsuba 3 and LuxCore to equal error; they are installed from the package registries into target/peers.
+    #[arg(long)]
+    peers: bool,
+    /// Most seconds of a peer's picture; what takes longer is extrapolated.
+    #[arg(long, default_value_t = 60.0, value_name = "SECONDS", requires = "peers")]
+    peer_seconds: f64,
 }
 
 /// A method with a number of wavelengths: a column.
@@ -67,6 +75,9 @@ impl Column {
 /// # Errors
 /// Unknown names, an unwritable folder, an executor that fails on the way.
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
+    if args.peers {
+        return peers::run(args);
+    }
     let Some(missing) = driver::in_environment() else {
         return driver::restart(Drivers::One);
     };

@@ -154,7 +154,7 @@ fn time(frames: &Frames) -> String {
 }
 
 /// Three digits that count.
-fn digits(ms: f64) -> String {
+pub(super) fn digits(ms: f64) -> String {
     let decimals = (2 - ms.max(1e-3).log10().floor() as i32).clamp(0, 4) as usize;
     format!("{ms:.decimals$}")
 }
@@ -202,7 +202,7 @@ fn coverage(rows: &[CoverageRow]) -> String {
     text
 }
 
-fn line(text: &mut String, arguments: std::fmt::Arguments<'_>) {
+pub(super) fn line(text: &mut String, arguments: std::fmt::Arguments<'_>) {
     writeln!(text, "{arguments}").expect("a String takes everything");
 }
 

@@ -29,6 +29,8 @@ pub(super) struct Point {
     pub(super) method: Method,
     pub(super) executor: &'static str,
     pub(super) on_front: bool,
+    /// Beside the marker where it is on the front.
+    pub(super) label: String,
 }
 
 /// Told apart by people who see colours differently, too (Okabe & Ito).
@@ -108,7 +110,7 @@ fn legend(area: &Area<'_>, plots: &[Plot]) -> Result<()> {
             entry(Some((GREY, executor)), executor)?;
         }
     }
-    entry(None, "lines: what nothing beats")
+    entry(None, "lines: what nothing beats, with its wavelengths and the side of the light's view")
 }
 
 fn draw(area: &Area<'_>, plot: &Plot) -> Result<()> {
@@ -154,6 +156,15 @@ fn draw(area: &Area<'_>, plot: &Plot) -> Result<()> {
         Marker { place: (point.price.ms, point.price.error), executor: point.executor, radius, style }
     });
     chart.draw_series(markers).map_err(undrawable)?;
+    // One executor's names will do: the others' fronts have much the same rungs.
+    let named = EXECUTORS.into_iter().find(|executor| plot.points.iter().any(|p| p.executor == *executor));
+    let labels = plot.points.iter().filter(|p| p.on_front && Some(p.executor) == named).map(|point| {
+        let place = (point.price.ms, point.price.error);
+        let mut style = font(10).pos(Pos::new(HPos::Left, VPos::Bottom));
+        style.color = color(point.method).to_backend_color();
+        EmptyElement::at(place) + Text::new(point.label.clone(), (6, -3), style)
+    });
+    chart.draw_series(labels).map_err(undrawable)?;
     Ok(())
 }
 
@@ -237,7 +248,7 @@ mod tests {
     use super::*;
 
     fn point(ms: f64, error: f64, executor: &'static str, on_front: bool) -> Point {
-        Point { price: Price { ms, error }, method: Method::Asm, executor, on_front }
+        Point { price: Price { ms, error }, method: Method::Asm, executor, on_front, label: "3, 128".into() }
     }
 
     #[test]
@@ -248,6 +259,8 @@ mod tests {
         let svg = svg(&[plot], 1).expect("drawn");
         // One more in the legend.
         assert_eq!(svg.matches("<circle").count(), 2 + 2, "{svg}");
+        // The front's rungs have names, on the first executor.
+        assert_eq!(svg.matches("3, 128").count(), 2, "{svg}");
         assert!(svg.contains("sphere") && svg.contains("ΔE") && svg.contains("<polyline"), "{svg}");
         assert!(!svg.contains("NaN") && !svg.contains("inf"), "{svg}");
     }

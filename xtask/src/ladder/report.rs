@@ -156,7 +156,8 @@ impl Ladder {
     ) -> plot::Plot {
         let point = |row: &Row| {
             let (method, executor) = (row.rung.method, row.executor);
-            Some(plot::Point { price: price(row)?, method, executor, on_front: on_front(row) })
+            let label = format!("{}, {}", row.rung.wavelengths, row.rung.emission_size);
+            Some(plot::Point { price: price(row)?, method, executor, on_front: on_front(row), label })
         };
         plot::Plot { title: scene.to_owned(), error, points: self.rows_of(scene).filter_map(point).collect() }
     }
