@@ -9,6 +9,7 @@ use spectral_core::observer::Observer;
 use spectral_core::wavelengths::Scheme;
 
 use crate::choices::{Backend, Fit, Gaps, Glass, Method, Reflected, Rule, Way};
+use crate::pond::PondArgs;
 use crate::values::{self, Exposure, Size, WavelengthRange};
 use crate::view::ViewArgs;
 
@@ -38,6 +39,8 @@ pub(crate) enum Command {
     Render(RenderArgs),
     /// Print what a scene calls for: effects, passes and resources, with reasons.
     Plan(PlanArgs),
+    /// Compute the light on the floor of a pond.
+    Pond(PondArgs),
     /// List what can run plans on this machine.
     Devices(DevicesArgs),
     /// Write a scene as glTF.

@@ -167,6 +167,45 @@ impl FromStr for Rule {
     }
 }
 
+/// How the light on a pond's floor is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum PondMethod {
+    /// The paper's three convolutions (Trendall & Stewart).
+    Convolution,
+    /// Separable terms of the exact lobe.
+    LowRank,
+    /// Direct summation.
+    Exact,
+}
+
+impl FromStr for PondMethod {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let built = [("convolution", Self::Convolution), ("low-rank", Self::LowRank), ("exact", Self::Exact)];
+        choose(text, &built, &["photon"])
+    }
+}
+
+/// Numbers that a pond is computed in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Precision {
+    /// 32-bit floating point.
+    F32,
+    /// 64-bit floating point.
+    F64,
+}
+
+impl FromStr for Precision {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        choose(text, &[("f32", Self::F32), ("f64", Self::F64)], &["f16", "fixed8", "fixed12"])
+    }
+}
+
 fn choose<T: Copy>(text: &str, built: &[(&str, T)], planned: &[&str]) -> Result<T, String> {
     if let Some((_, value)) = built.iter().find(|(name, _)| *name == text) {
         return Ok(*value);

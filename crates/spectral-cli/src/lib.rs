@@ -23,6 +23,7 @@ pub mod net_error;
 pub mod output;
 pub mod picture;
 mod plan;
+mod pond;
 mod prices;
 mod progress;
 mod reference;
@@ -82,6 +83,7 @@ fn dispatch(command: &Command, arguments: &[OsString]) -> Result<ExitCode, CliEr
         Command::Devices(args) => devices::run(args),
         Command::Export(args) => export::run(args),
         Command::Plan(args) => plan::run(args),
+        Command::Pond(args) => pond::run(args),
         Command::Render(args) => render::run(args),
         Command::View(_) => return view::start(&arguments[2..]),
     }

@@ -211,6 +211,14 @@ pub fn bounces(text: &str) -> Result<u32, String> {
     whole_number(text, 0, u64::from(MAX_BOUNCES)).map(|n| n as u32)
 }
 
+/// Samples on a side of a square grid, from 1 to [`MAX_SIDE`].
+///
+/// # Errors
+/// Says what would be right.
+pub fn side(text: &str) -> Result<usize, String> {
+    whole_number(text, 1, u64::from(MAX_SIDE)).map(|n| n as usize)
+}
+
 fn whole_number(text: &str, min: u64, max: u64) -> Result<u64, String> {
     integer(text)
         .filter(|n| (min..=max).contains(n))

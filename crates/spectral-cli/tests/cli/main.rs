@@ -3,6 +3,7 @@
 mod bake;
 mod inspect;
 mod matrices;
+mod pond;
 mod program;
 mod render;
 mod usage;
