@@ -1,7 +1,7 @@
 //! Real time: light, camera and glass move every frame. Executors include this beside their `device`, which makes them.
 
 use asm_core::moving::{self, MovingFrames};
-use asm_core::{AsmRenderer, PASSES, Settings, UpdateError, Updated, render_plan};
+use asm_core::{AsmRenderer, Method, PASSES, Settings, UpdateError, Updated, render_plan};
 use frame_plan::Executor;
 use spectral_scene::Scene;
 
@@ -56,6 +56,28 @@ fn three_hundred_moving_frames_make_nothing_and_keep_their_light() {
     let (_, texel, _) =
         moving::flicker(&mut executor, &scene, &settings(), &frames(&scene, 6), phases).unwrap();
     assert!(texel.mean > 3.0 * run.texel_y.mean, "{texel:?} {:?}", run.texel_y);
+}
+
+/// Cells that are split make no buffers: queues have their sizes from the plan.
+#[test]
+fn moving_footprints_make_nothing_and_keep_their_light() {
+    let Some(mut executor) = device::executor(PASSES) else { return };
+    let scene = scene();
+    let footprints = Settings { method: Method::Footprint, emission_size: 24, ..settings() };
+    let run = moving::run(&mut executor, &scene, &footprints, &frames(&scene, 16)).unwrap();
+    assert_eq!(run.made, run.made_by_second, "frames 3 to 16 make nothing");
+    assert!(run.made.buffers > 0 && run.made.bytes > 0, "{:?}", run.made);
+    assert!(run.statistics.lights[0].ledgers.iter().all(|ledger| ledger.balances()), "{:?}", run.statistics);
+    // The sphere's rim is known to a quarter of a cell, where photons know it to a whole one.
+    let cells = std::f64::consts::PI * (0.5 * f64::from(footprints.emission_size)).powi(2);
+    let bound = largest_change_of_total(cells) / 4.0;
+    assert!(run.total_y.max <= bound, "{:?}, bound {bound}", run.total_y);
+
+    // Negative control: to and fro between two places.
+    let phases = (0..6).map(|frame| f64::from(frame % 2) * 0.25);
+    let (_, texel, _) =
+        moving::flicker(&mut executor, &scene, &footprints, &frames(&scene, 6), phases).unwrap();
+    assert!(texel.mean > 2.0 * run.texel_y.mean, "{texel:?} {:?}", run.texel_y);
 }
 
 #[test]
