@@ -82,6 +82,17 @@ impl Race {
         enough.min_by(|a, b| a.ms.total_cmp(&b.ms))
     }
 
+    /// Setting and time, or how far off the best is.
+    fn words(&self, ours: Option<&OurResult>) -> String {
+        let Some(ours) = ours else {
+            let footprints = self.ours.iter().filter(|ours| ours.method == "footprint");
+            let best = footprints.map(|ours| ours.error).fold(f64::MAX, f64::min);
+            return format!("none: the best has {:.2} % | -", 100.0 * best);
+        };
+        let OurResult { scene, wavelengths, emission_size: side, ms, .. } = ours;
+        format!("`{scene}` N = {wavelengths}, {side} x {side} | {} ms", digits(*ms))
+    }
+
     fn markdown(&self) -> String {
         let mut text = format!(
             "`{}`: {}, {} threads, {SIZE} x {SIZE} texels; the standard error of the exact light is {:.2} %.\n\n\
@@ -100,33 +111,23 @@ impl Race {
             "---|".repeat(3 + self.peers.len())
         );
         for (i, target) in TARGETS.into_iter().enumerate() {
-            let Some(ours) = self.fastest("footprint", target) else {
-                let best = self.ours.iter().filter(|o| o.method == "footprint");
-                let best = best.map(|o| o.error).fold(f64::MAX, f64::min);
-                line(
-                    &mut text,
-                    format_args!("| {} % | no setting: the best has {:.2} % |", 100.0 * target, 100.0 * best),
-                );
-                continue;
-            };
+            let ours = self.fastest("footprint", target);
             let reached: Vec<&Reached> = self.peers.iter().map(|p| &p.reached[i]).collect();
             let walls = reached.iter().map(|r| {
                 let sign = if r.extrapolated { "~" } else { "" };
-                format!("{sign}{} s: {:.0} x", digits(r.seconds), 1e3 * r.seconds / ours.ms)
+                format!("{sign}{} s", digits(r.seconds))
+                    + &ours.map_or_else(String::new, |ours| format!(": {:.0} x", 1e3 * r.seconds / ours.ms))
             });
             let cpu = reached.iter().map(|r| {
-                ours.cpu_ms.map_or_else(|| "-".into(), |ms| format!("{:.0} x", 1e3 * r.cpu_seconds / ms))
+                let ms = ours.and_then(|ours| ours.cpu_ms);
+                ms.map_or_else(|| "-".into(), |ms| format!("{:.0} x", 1e3 * r.cpu_seconds / ms))
             });
             line(
                 &mut text,
                 format_args!(
-                    "| {} % | `{}` N = {}, {} x {} | {} ms | {} | {} |",
+                    "| {} % | {} | {} | {} |",
                     100.0 * target,
-                    ours.scene,
-                    ours.wavelengths,
-                    ours.emission_size,
-                    ours.emission_size,
-                    digits(ours.ms),
+                    self.words(ours),
                     walls.collect::<Vec<_>>().join(" | "),
                     cpu.collect::<Vec<_>>().join(", ")
                 ),
