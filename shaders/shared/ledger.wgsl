@@ -6,7 +6,7 @@
 const LEDGER_AIMED: u32 = 0u;         // through the emission view
 const LEDGER_EMITTED: u32 = 1u;       // that met glass first
 const LEDGER_REFLECTED: u32 = 2u;     // at the entry, Fresnel
-const LEDGER_KEPT_INSIDE: u32 = 3u;   // at the exit, Fresnel: internal reflections are not followed
+const LEDGER_KEPT_INSIDE: u32 = 3u;   // at the exit, Fresnel: what is reflected inside and not followed
 const LEDGER_ABSORBED: u32 = 4u;
 const LEDGER_ASTRAY: u32 = 5u;        // part of landed: put down away from the surface, image space had not converged
 const LEDGER_BESIDE: u32 = 6u;        // part of outside map: put down so near to a surface that splats reach it

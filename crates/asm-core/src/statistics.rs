@@ -13,7 +13,7 @@ use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_DROPPED, QUEUE_HEAD, TILE_T
 pub struct Tally {
     /// Units; [`LightStatistics::lumens_per_unit`] says what one is.
     pub flux: u64,
-    /// Photons that had a part in it.
+    /// Photons that had a part in it; along traced paths one is counted again wherever a part of it ends.
     pub photons: u32,
 }
 
@@ -31,7 +31,8 @@ pub struct Ledger {
     pub emitted: Tally,
     /// At the entry, Fresnel.
     pub reflected: Tally,
-    /// At the exit, Fresnel: internal reflections are not followed. Of reflected light what goes into glass.
+    /// At the exit, Fresnel: image space follows no internal reflections; where refraction is traced, what is left after the last that is
+    /// followed. Of reflected light what goes into glass.
     pub kept_inside: Tally,
     /// In the glass and at its surfaces, or by mirrors.
     pub absorbed: Tally,
@@ -46,7 +47,7 @@ pub struct Ledger {
     pub beside: Tally,
     /// Leads away from every surface that the light sees.
     pub escaped: Tally,
-    /// Total internal reflection.
+    /// Total internal reflection, where that is not followed.
     pub total_reflection: Tally,
     /// The interpolated normal sends it through the wrong side of its facet.
     pub wrong_side: Tally,

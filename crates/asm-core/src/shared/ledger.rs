@@ -8,7 +8,7 @@ pub const LEDGER_AIMED: usize = 0;
 pub const LEDGER_EMITTED: usize = 1;
 /// At the entry, Fresnel.
 pub const LEDGER_REFLECTED: usize = 2;
-/// At the exit, Fresnel: internal reflections are not followed.
+/// At the exit, Fresnel: what is reflected inside and not followed.
 pub const LEDGER_KEPT_INSIDE: usize = 3;
 /// Absorbed on the way.
 pub const LEDGER_ABSORBED: usize = 4;
