@@ -6,18 +6,22 @@ struct PathTrace {
     landing_view: u32,
     landing_faces: u32,
     nodes: u32,        // wavelengths of a path's corner
-    orders: u32,       // landings of a path
+    orders: u32,       // landings of a path, those of what went aside last
     bins: u32,         // of the whole spectrum
     materials: u32,    // row length of `optics`
     first_optics: u32, // row of this light
     queue: u32,        // first word in `queues`; NO_QUEUE: corners are the texel centres of the emission view
+    first_place: u32,  // of the queued patches' corners
+    parent_row: u32,   // places from one row of their parents' corners to the next
     max_groups: u32,   // of the device, per dimension
     path: u32,         // PATH_*
     casters: u32,      // TRIANGLE_* of the surfaces that paths begin at
     rule: u32,         // RULE_*
     range: f32,        // light beyond this distance is dark; 0 has no end
     keeps_bounds: u32, // 1: `bounds` gets where paths land
+    asides: u32,       // of its landings
     reserved0: u32,
+    reserved1: u32,
 }
 
 const NO_QUEUE: u32 = 0xffffffffu;
@@ -68,39 +72,74 @@ fn landing_bounds_add(landing: PathLanding) {
     }
 }
 
-const PATHS: u32 = 64u; // per workgroup
+// The first corner of a cell, at all nodes.
+fn trace_corner(cell: FootprintCell, place: u32) {
+    light_paths = LightPaths(params.landing_view, params.landing_faces, params.materials, params.first_optics, params.orders - params.asides, params.asides, params.path, params.casters, params.rule, params.range);
+    let light_ray = view_ray(views[params.emission_view], cell_corner(cell, 0u));
+    let first = first_surface(light_ray);
+    for (var node = 0u; node < params.nodes; node++) {
+        let path = place * params.nodes + node;
+        for (var order = 0u; order < params.orders; order++) {
+            path_arrives(path, order, nowhere(END_MISSED, 0u, 0u), 0.0, 0u);
+        }
+        if first.end == END_LANDED {
+            ends[path] = trace_path_from(path, light_ray, first.met, node_bin(params.nodes, node, cell), WHOLE);
+        } else {
+            ends[path] = PathEnds(first.end, 0u, 0u, 0u);
+        }
+        if params.keeps_bounds == 1u {
+            for (var order = 0u; order < params.orders; order++) {
+                let landing = landings[path * params.orders + order];
+                if landing.end == END_LANDED {
+                    landing_bounds_add(landing);
+                }
+            }
+        }
+    }
+}
+
+// An outer corner of a patch is its parent's.
+fn take_over(place: u32, parents: u32) {
+    for (var node = 0u; node < params.nodes; node++) {
+        let own = place * params.nodes + node;
+        let parents_own = parents * params.nodes + node;
+        ends[own] = ends[parents_own];
+        for (var order = 0u; order < params.orders; order++) {
+            landings[own * params.orders + order] = landings[parents_own * params.orders + order];
+        }
+    }
+}
+
+const CORNERS: u32 = 64u; // per workgroup
 
 @compute @workgroup_size(64, 1, 1)
 fn path_trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let path = PATHS * queue_row(group, params.max_groups) + local;
-    let view = views[params.emission_view];
-    let node = path % params.nodes;
-    let place = path / params.nodes;
-    var cell = FootprintCell(vec2<u32>(place % view.size.x, place / view.size.x), vec2<u32>(0u), 0u, params.bins);
-    var corner = 0u;
+    let i = CORNERS * queue_row(group, params.max_groups) + local;
     if params.queue == NO_QUEUE {
-        if place >= view.size.x * view.size.y {
-            return;
+        let size = views[params.emission_view].size;
+        if i < size.x * size.y {
+            let at = vec2<u32>(i % size.x, i / size.x);
+            trace_corner(FootprintCell(at, vec2<u32>(0u), 0u, params.bins), i);
         }
-    } else {
-        if place >= 4u * queues[params.queue + QUEUE_COUNT] {
-            return;
-        }
-        let word = params.queue + CELLS_HEAD + CELL_WORDS * (place / 4u);
-        cell = cell_from_words(vec2<u32>(queues[word], queues[word + 1u]));
-        corner = place % 4u;
+        return;
     }
-    for (var order = 0u; order < params.orders; order++) {
-        path_arrives(path, order, nowhere(END_MISSED, 0u, 0u), 0.0, 0u);
+    let patches = queues[params.queue + QUEUE_COUNT];
+    if i >= PATCH_NEW * patches {
+        return;
     }
-    light_paths = LightPaths(params.landing_view, params.landing_faces, params.materials, params.first_optics, params.orders, params.path, params.casters, params.rule, params.range);
-    ends[path] = trace_path(path, view_ray(view, cell_corner(cell, corner)), node_bin(params.nodes, node, cell), WHOLE);
-    if params.keeps_bounds == 1u {
-        for (var order = 0u; order < params.orders; order++) {
-            let landing = landings[path * params.orders + order];
-            if landing.end == END_LANDED {
-                landing_bounds_add(landing);
-            }
-        }
+    // Neighbours in a workgroup take the same corner of different patches.
+    let slot = i % patches;
+    let word = params.queue + PATCHES_HEAD + PATCH_WORDS * slot;
+    let patch_ = patch_from_words(vec3<u32>(queues[word], queues[word + 1u], queues[word + 2u]));
+    let first_place = params.first_place + PATCH_PLACES * slot;
+    let corner = i / patches;
+    let new_corner = patch_new_corner(patch_, corner);
+    if all(new_corner <= patch_.parts) {
+        trace_corner(patch_cell(patch_, new_corner), first_place + new_corner.x + PATCH_ROW * new_corner.y);
+    }
+    if corner < 4u && any(patch_.parts > vec2<u32>(1u)) {
+        let outer = vec2<u32>(corner & 1u, corner >> 1u);
+        let own = outer * patch_.parts;
+        take_over(first_place + own.x + PATCH_ROW * own.y, patch_.parent + outer.x + params.parent_row * outer.y);
     }
 }

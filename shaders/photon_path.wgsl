@@ -65,6 +65,7 @@ fn trace(texel: vec2<u32>, band: u32) {
         params.photons.materials,
         params.photons.first_band,
         params.orders,
+        0u,
         params.photons.path,
         params.photons.casters,
         params.photons.rule,

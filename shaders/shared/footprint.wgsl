@@ -27,6 +27,11 @@ struct PathEnds {
     kept_inside: u32,
 }
 
+// Light between the two lies between their landings.
+fn go_together(a: PathLanding, b: PathLanding) -> bool {
+    return a.way == b.way && a.end == b.end && ((a.place ^ b.place) & 0xffu) == 0u;
+}
+
 struct FootprintCell {
     at: vec2<u32>, // at its level
     level: vec2<u32>, // splits in x and y
@@ -76,20 +81,63 @@ fn node_weights(nodes: u32, at: vec4<f32>, x: f32) -> vec4<f32> {
     return select(vec4<f32>(0.0), vec4<f32>(first, second, third, fourth), vec4<u32>(0u, 1u, 2u, 3u) < vec4<u32>(nodes));
 }
 
-// A queue of cells: the head of photon_queue.wgsl, how many cells of each class of urgency there were to put into it, then cells of
-// two words.
-const CLASSES: u32 = 32u;
-const CELLS_HEAD: u32 = 40u; // QUEUE_HEAD + CLASSES
-const CELL_WORDS: u32 = 2u;
-
-fn cell_words(cell: FootprintCell) -> vec2<u32> {
-    let range = (cell.first << 8u) | (firstLeadingBit(cell.bins) << 20u);
-    return vec2<u32>(cell.at.x | (cell.at.y << 16u), cell.level.x | (cell.level.y << 4u) | range);
+// What a cell is split into: cells in x and y, or the cell itself with a part of its range.
+//
+// place     of a corner, with all its nodes, among landings; the emission view's texels first, then 3 x 3 for each patch of a queue
+// parent    the cell that is split: its corners are the patch's outer ones; halves of a range have none in common with it
+struct Patch {
+    cell: FootprintCell, // that is split; with its part of the range where that is
+    parts: vec2<u32>,    // cells in x and y, 1 or 2; 1 x 1 where the range is split
+    parent: u32,         // place of the split cell's first corner
 }
 
-fn cell_from_words(words: vec2<u32>) -> FootprintCell {
+const PATCH_PLACES: u32 = 9u;
+const PATCH_ROW: u32 = 3u;   // from one row of them to the next
+const PATCH_CELLS: u32 = 4u; // at most
+const PATCH_NEW: u32 = 5u;   // most corners that its parent does not have
+
+// A queue of patches: the head of photon_queue.wgsl, how many patches of each class of urgency there were to put into it, then
+// patches of three words.
+const CLASSES: u32 = 32u;
+const PATCHES_HEAD: u32 = 40u; // QUEUE_HEAD + CLASSES
+const PATCH_WORDS: u32 = 3u;
+
+fn patch_words(patch_: Patch) -> vec3<u32> {
+    let cell = patch_.cell;
+    let range = (cell.first << 8u) | (firstLeadingBit(cell.bins) << 20u);
+    let parts = ((patch_.parts.x - 1u) << 24u) | ((patch_.parts.y - 1u) << 25u);
+    return vec3<u32>(cell.at.x | (cell.at.y << 16u), cell.level.x | (cell.level.y << 4u) | range | parts, patch_.parent);
+}
+
+fn patch_from_words(words: vec3<u32>) -> Patch {
+    let at = vec2<u32>(words.x & 0xffffu, words.x >> 16u);
     let level = vec2<u32>(words.y & 0xfu, (words.y >> 4u) & 0xfu);
-    return FootprintCell(vec2<u32>(words.x & 0xffffu, words.x >> 16u), level, (words.y >> 8u) & 0xfffu, 1u << (words.y >> 20u));
+    let cell = FootprintCell(at, level, (words.y >> 8u) & 0xfffu, 1u << ((words.y >> 20u) & 0xfu));
+    return Patch(cell, 1u + vec2<u32>((words.y >> 24u) & 1u, (words.y >> 25u) & 1u), words.z);
+}
+
+// One of its cells, by its place among them.
+fn patch_cell(patch_: Patch, inner: vec2<u32>) -> FootprintCell {
+    let cell = patch_.cell;
+    return FootprintCell(patch_.parts * cell.at + inner, cell.level + patch_.parts - 1u, cell.first, cell.bins);
+}
+
+// The corners that are traced for it; beyond its own where there are fewer.
+fn patch_new_corner(patch_: Patch, i: u32) -> vec2<u32> {
+    if patch_.parts.x == 1u && patch_.parts.y == 1u {
+        return vec2<u32>(i & 1u, i >> 1u);
+    } else if patch_.parts.y == 1u {
+        return vec2<u32>(1u, i);
+    } else if patch_.parts.x == 1u {
+        return vec2<u32>(i, 1u);
+    }
+    switch i {
+        case 0u: { return vec2<u32>(1u, 0u); }
+        case 1u: { return vec2<u32>(1u, 1u); }
+        case 2u: { return vec2<u32>(0u, 1u); }
+        case 3u: { return vec2<u32>(2u, 1u); }
+        default: { return vec2<u32>(1u, 2u); }
+    }
 }
 
 // A corner of a cell, texels of the emission view.

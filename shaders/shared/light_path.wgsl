@@ -2,7 +2,8 @@
 // glass, to what each meets last. Host side: asm-core's `shared/light_path.rs`.
 //
 // Where light leaves the first glass after each number of reflections it goes on as an arrival of its own. Behind it, what goes
-// on is chosen, not drawn: through glass what passes, at mirrors and at total reflection what is thrown back.
+// on is chosen, not drawn: through glass what passes, at mirrors and at total reflection what is thrown back. The first few times
+// that this leaves something behind, what is thrown back goes aside, and arrives for itself.
 //
 // Expects the globals `triangles`, `bvh`, `views`, `optics` and `landing_visibility`, that `light_paths` is set, and the function
 // `path_arrives(path, order, arrival, length, medium)`, which takes each arrival.
@@ -12,7 +13,8 @@ struct LightPaths {
     landing_faces: u32,
     materials: u32,    // row length of `optics`
     first_optics: u32, // row of this light
-    orders: u32,       // arrivals of a path
+    orders: u32,       // reflections inside the first glass after which light may leave it, and none
+    asides: u32,       // what is thrown back behind the first glass and followed, at most so often; up to MOST_ASIDES
     path: u32,         // PATH_*
     casters: u32,      // TRIANGLE_* of the surfaces that paths begin at
     rule: u32,         // RULE_*
@@ -89,20 +91,52 @@ fn locate_arrival(ray: Ray, met: SurfaceHit) -> Located {
     return at;
 }
 
+// What was thrown back behind the first glass.
+struct Aside {
+    ray: Ray,
+    start: u32,
+    part: u32,
+    way: u32,
+    object: u32,     // the refractor that it is in, or NO_OBJECT
+    absorption: f32, // around it, per working unit
+    length: f32,     // inside the first glass
+}
+
+const MOST_ASIDES: u32 = 2u;
+
+// Those of a path, in the order of its surfaces.
+var<private> asides: array<Aside, MOST_ASIDES>;
+var<private> aside_count: u32;
+var<private> aside_room: u32;   // how many may still come
+var<private> aside_least: u32;  // not kept if they have less
+var<private> aside_length: f32; // of the way so far inside the first glass
+
+fn keep_aside(aside: Aside) -> bool {
+    let fits = aside_room > 0u && aside.part >= aside_least;
+    if fits {
+        asides[aside_count] = aside;
+        asides[aside_count].length = aside_length;
+        aside_count += 1u;
+        aside_room -= 1u;
+    }
+    return fits;
+}
+
 // A path outside its first glass, and what it has left so far.
 struct Outside {
     arrival: Arrival,
     ends: PathEnds,
 }
 
-// From the first glass, or from the first mirror, to where it lands.
-fn follow(first: Ray, start: u32, first_part: u32, first_way: u32, first_ends: PathEnds, bin: u32) -> Outside {
+// From the first glass, or from the first mirror, or from where it went aside inside an object that absorbs per working unit, to
+// where it lands.
+fn follow(first: Ray, start: u32, object: u32, around: f32, first_part: u32, first_way: u32, first_ends: PathEnds, bin: u32) -> Outside {
     var ray = first;
     var part = first_part;
     var way = first_way;
     var ends = first_ends;
-    var sought = Sought(NO_OBJECT, start, 0u);
-    var absorption = 0.0; // around the ray, per working unit
+    var sought = Sought(object, start, 0u);
+    var absorption = around;
     for (var i = 0u; i < MOST_SURFACES; i++) {
         let met = nearest_surface(ray, sought);
         if met.visible == NOTHING {
@@ -140,10 +174,16 @@ fn follow(first: Ray, start: u32, first_part: u32, first_way: u32, first_ends: P
                 return Outside(nowhere(crossing.end, part, way), ends);
             } else {
                 let passed = flux_part(part, part_from(1.0 - crossing.reflectance));
-                if sought.object == NO_OBJECT {
-                    ends.reflected += part - passed;
-                } else {
-                    ends.kept_inside += part - passed;
+                let rest = part - passed;
+                let back = reflect_at(ray.direction, normal, t, 1.0);
+                let goes = select(0u, rest, back.end == END_LANDED);
+                let aside = Aside(Ray(origin, back.direction), met.visible, goes, way_through(way, t, WAY_BACK), sought.object, absorption, 0.0);
+                if !keep_aside(aside) {
+                    if sought.object == NO_OBJECT {
+                        ends.reflected += rest;
+                    } else {
+                        ends.kept_inside += rest;
+                    }
                 }
                 part = flux_part(passed, part_from(medium.surface));
                 ends.absorbed += passed - part;
@@ -197,7 +237,8 @@ fn trace_inside(path: u32, first: Ray, front: Triangle, visible: u32, first_part
                 let passed = flux_part(leaves, part_from(medium.surface));
                 part -= leaves;
                 ends.absorbed += leaves - passed;
-                let outside = follow(Ray(origin, crossing.direction), met.visible, passed, way_through(way, t, WAY_THROUGH), ends, bin);
+                aside_length = length;
+                let outside = follow(Ray(origin, crossing.direction), met.visible, NO_OBJECT, 0.0, passed, way_through(way, t, WAY_THROUGH), ends, bin);
                 ends = outside.ends;
                 path_arrives(path, order, outside.arrival, length, front.material);
             } else if crossing.end != END_TOTAL {
@@ -218,6 +259,19 @@ fn trace_inside(path: u32, first: Ray, front: Triangle, visible: u32, first_part
         start = met.visible;
     }
     ends.kept_inside += part;
+    return ends;
+}
+
+// What went aside, to where it lands; nothing of it goes aside once more.
+fn follow_asides(path: u32, medium: u32, first_ends: PathEnds, bin: u32) -> PathEnds {
+    var ends = first_ends;
+    aside_room = 0u;
+    for (var i = 0u; i < aside_count; i++) {
+        let aside = asides[i];
+        let outside = follow(aside.ray, aside.start, aside.object, aside.absorption, aside.part, aside.way, ends, bin);
+        ends = outside.ends;
+        path_arrives(path, light_paths.orders + i, outside.arrival, aside.length, medium);
+    }
     return ends;
 }
 
@@ -242,24 +296,37 @@ fn trace_reflected(path: u32, light_ray: Ray, met: SurfaceHit, bin: u32, whole: 
     let rest = whole - part;
     let ends = PathEnds(END_LANDED, 0u, select(0u, rest, mirror), select(rest, 0u, mirror));
     let origin = light_ray.origin + met.hit.distance * light_ray.direction;
-    let outside = follow(Ray(origin, back.direction), met.visible, part, way_through(WAY_START, front, WAY_BACK), ends, bin);
+    let outside = follow(Ray(origin, back.direction), met.visible, NO_OBJECT, 0.0, part, way_through(WAY_START, front, WAY_BACK), ends, bin);
     path_arrives(path, 0u, outside.arrival, 0.0, front.material);
     return outside.ends;
 }
 
-// All of a path with the flux `whole`: what it leaves on its way, and its arrivals to `path_arrives`.
-fn trace_path(path: u32, light_ray: Ray, bin: u32, whole: u32) -> PathEnds {
-    let everything = Sought(NO_OBJECT, NOTHING, 0u);
-    let met = nearest_surface(light_ray, everything);
+// Where light meets what paths begin at, or how it ends.
+struct FirstSurface {
+    end: u32, // END_LANDED where it meets
+    met: SurfaceHit,
+}
+
+fn first_surface(light_ray: Ray) -> FirstSurface {
+    let met = nearest_surface(light_ray, Sought(NO_OBJECT, NOTHING, 0u));
     if met.visible == NOTHING || (light_paths.range > 0.0 && met.hit.distance > light_paths.range) {
-        return PathEnds(END_MISSED, 0u, 0u, 0u);
+        return FirstSurface(END_MISSED, met);
     }
     let front = triangles[met.visible - 1u];
     if (front.flags & light_paths.casters) == 0u {
         let behind = nearest_surface(light_ray, Sought(NO_OBJECT, NOTHING, light_paths.casters));
         let blocks = (front.flags & TRIANGLE_REFRACTS) == 0u && behind.visible != NOTHING;
-        return PathEnds(select(END_MISSED, END_BLOCKED, blocks), 0u, 0u, 0u);
+        return FirstSurface(select(END_MISSED, END_BLOCKED, blocks), met);
     }
+    return FirstSurface(END_LANDED, met);
+}
+
+// From the first surface on, which all wavelengths have in common.
+fn trace_path_from(path: u32, light_ray: Ray, met: SurfaceHit, bin: u32, whole: u32) -> PathEnds {
+    aside_count = 0u;
+    aside_room = 0u;
+    aside_least = max(whole / LEAST_SHARE, 1u);
+    let front = triangles[met.visible - 1u];
     if light_paths.path == PATH_REFLECTED {
         return trace_reflected(path, light_ray, met, bin, whole);
     }
@@ -276,9 +343,20 @@ fn trace_path(path: u32, light_ray: Ray, bin: u32, whole: u32) -> PathEnds {
     let ends = PathEnds(END_LANDED, whole - entered, entered - part, 0u);
     let ray = Ray(light_ray.origin + met.hit.distance * light_ray.direction, crossing.direction);
     if entering {
-        return trace_inside(path, ray, front, met.visible, part, ends, bin, whole);
+        aside_room = light_paths.asides;
+        let inside = trace_inside(path, ray, front, met.visible, part, ends, bin, whole);
+        return follow_asides(path, front.material, inside, bin);
     }
-    let outside = follow(ray, met.visible, part, way_through(WAY_START, front, WAY_THROUGH), ends, bin);
+    let outside = follow(ray, met.visible, NO_OBJECT, 0.0, part, way_through(WAY_START, front, WAY_THROUGH), ends, bin);
     path_arrives(path, 0u, outside.arrival, 0.0, front.material);
     return outside.ends;
+}
+
+// All of a path with the flux `whole`: what it leaves on its way, and its arrivals to `path_arrives`.
+fn trace_path(path: u32, light_ray: Ray, bin: u32, whole: u32) -> PathEnds {
+    let first = first_surface(light_ray);
+    if first.end != END_LANDED {
+        return PathEnds(first.end, 0u, 0u, 0u);
+    }
+    return trace_path_from(path, light_ray, first.met, bin, whole);
 }

@@ -57,6 +57,7 @@ pub(crate) fn decisions(grounds: &Grounds<'_>, output: &Output<'_>) -> Vec<Decis
     if grounds.settings.method == Method::Footprint {
         decisions.push(grounds.photons("path_trace", grounds.photon_notes()));
         decisions.push(grounds.map_fit(output));
+        decisions.extend(grounds.splits());
         decisions.push(grounds.photons("footprint_splat", grounds.footprint_notes()));
     } else {
         decisions.extend(grounds.emission());
@@ -344,14 +345,21 @@ impl Grounds<'_> {
     }
 
     /// How cells are split, and where each light's land.
+    fn splits(&self) -> Vec<Decision> {
+        let (kept, reason) = match self.settings.cell_splits {
+            0 => (false, "cells are not split".to_owned()),
+            splits => (
+                self.caustic(),
+                format!("cells are split up to {splits} times along each side, and more often across edges"),
+            ),
+        };
+        ["footprint_split", "footprint_queue"].map(|pass| decision(pass, kept, reason.clone())).into()
+    }
+
     fn footprint_notes(&self) -> Vec<String> {
         if !self.caustic() {
             return Vec::new();
         }
-        let splits = match self.settings.cell_splits {
-            0 => "cells are not split".to_owned(),
-            splits => format!("cells whose paths go apart are split up to {splits} times along each side"),
-        };
         let maps = self.setups.iter().filter(|s| s.caustic).map(|setup| {
             let map = match setup.receiver_view {
                 Some(_) => "light lands on the receiver's own texels",
@@ -359,7 +367,7 @@ impl Grounds<'_> {
             };
             format!("{}: {map}", self.light_name(setup.index))
         });
-        std::iter::once(splits).chain(maps).collect()
+        maps.collect()
     }
 
     /// What was done to the glass, and the wavelengths of each light.

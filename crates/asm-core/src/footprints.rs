@@ -8,13 +8,19 @@ use crate::bvh;
 use crate::caustics::Caustics;
 use crate::geometry::Geometry;
 use crate::lights::{LightSetup, texel_extent};
-use crate::passes::footprint_splat::{CELLS_PER_GROUP, FootprintSplat, TASK_COUNT, TASK_LAY};
+use crate::passes::footprint_queue::FootprintQueue;
+use crate::passes::footprint_splat::FootprintSplat;
+use crate::passes::footprint_split::FootprintSplit;
 use crate::passes::map_resolve::MapResolve;
-use crate::passes::path_trace::{NO_QUEUE, PATHS_PER_GROUP, PathTrace};
+use crate::passes::path_trace::{CORNERS_PER_GROUP, PathTrace};
 use crate::resources::Resources;
 use crate::shared::emission::{PATH_REFLECTED, PATH_REFRACTED};
 use crate::shared::flux::QUANTUM;
-use crate::shared::footprint::{CELL_WORDS, CELLS_HEAD, PathEnds, PathLanding};
+use crate::shared::footprint::{
+    PATCH_CELLS, PATCH_PLACES, PATCH_ROW, PATCH_WORDS, PATCHES_HEAD, PathEnds, PathLanding,
+};
+use crate::shared::footprint_cells::{CELLS_PER_GROUP, FootprintCells, NO_QUEUE};
+use crate::shared::light_path::MOST_ASIDES;
 use crate::shared::photon_queue::{QUEUE_GROUPS, queue_groups};
 use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS};
 use crate::view_fit::Source;
@@ -24,24 +30,29 @@ use crate::{Method, PlanError, Settings};
 const ARGUMENTS_BYTES: u64 = 12;
 
 /// Splits across an edge along a side of a cell, beyond those of cells in general.
-const MORE_EDGE_SPLITS: u32 = 4;
+const MORE_EDGE_SPLITS: u32 = 6;
 
-/// Least cells that a queue holds.
-const LEAST_CAPACITY: u32 = 4096;
+/// Least patches that a queue holds.
+const LEAST_CAPACITY: u32 = 1024;
 
 /// Resources of footprints, which lights use in turn.
 pub(crate) struct Footprints {
     bvh: ResourceId,
-    /// Queues of split cells, one per round.
+    /// Queues of patches, one per round, and what cells are split into.
     queues: ResourceId,
     /// Of the dispatches over them, one per round.
     arguments: ResourceId,
     landings: ResourceId,
     ends: ResourceId,
-    /// Cells of a queue.
+    /// Patches of a queue.
     capacity: u32,
+    /// Places of the emission view.
+    texels: u32,
     rounds: u32,
+    /// Landings of a path.
     orders: u32,
+    /// Of these, those of what was thrown back behind the first glass.
+    asides: u32,
 }
 
 impl Footprints {
@@ -56,18 +67,22 @@ impl Footprints {
             return Ok(None);
         }
         let refracted = setups.iter().any(|s| s.refracted);
-        let orders = if refracted { settings.bounces + 1 } else { 1 };
+        // Who follows no reflection follows none behind the first glass either.
+        let asides = if refracted { settings.bounces.min(MOST_ASIDES as u32) } else { 0 };
+        let orders = if refracted { settings.bounces + 1 + asides } else { 1 };
         let nodes = setups.iter().map(|s| s.bands.wavelengths_nm.len()).max().unwrap_or(1) as u64;
-        let texels = u64::from(settings.emission_size).pow(2);
-        let capacity = settings.emission_size.pow(2).max(LEAST_CAPACITY);
-        let paths = texels.max(4 * u64::from(capacity)) * nodes;
+        let texels = settings.emission_size.pow(2);
+        let capacity = (texels / PATCH_CELLS).max(LEAST_CAPACITY);
         // What is not to be split in x and y is not to be split at all.
         let rounds = if settings.cell_splits == 0 { 0 } else { settings.cell_splits + MORE_EDGE_SPLITS };
-        let words = (CELLS_HEAD + CELL_WORDS * capacity as usize) as u64;
+        // A round needs its own corners and its parents'.
+        let places = u64::from(texels) + 2 * u64::from(PATCH_PLACES) * u64::from(capacity);
+        let paths = places * nodes;
+        let words = u64::from(rounds) * queue_words(capacity) + u64::from(texels.max(PATCH_CELLS * capacity));
         let remedy = "emission_size";
         Ok(Some(Self {
             bvh: resources.filled("bvh", &bvh::build(&geometry.triangles)?)?,
-            queues: resources.buffer("cell queues", 4 * words * u64::from(rounds.max(1)), remedy)?,
+            queues: resources.buffer("cell queues", 4 * words, remedy)?,
             arguments: resources.buffer(
                 "cell dispatches",
                 ARGUMENTS_BYTES * u64::from(rounds.max(1)),
@@ -80,15 +95,56 @@ impl Footprints {
             )?,
             ends: resources.buffer("path ends", size_of::<PathEnds>() as u64 * paths, remedy)?,
             capacity,
+            texels,
             rounds,
             orders,
+            asides,
         }))
     }
 
     /// First word of a round's queue; none behind the last.
     fn queue(&self, round: u32) -> u32 {
-        let words = CELLS_HEAD as u32 + CELL_WORDS as u32 * self.capacity;
-        if round < self.rounds { round * words } else { NO_QUEUE }
+        if round < self.rounds { round * queue_words(self.capacity) as u32 } else { NO_QUEUE }
+    }
+
+    /// First place of a round's patches: their parents' are still there.
+    fn first_place(&self, round: u32) -> u32 {
+        self.texels + round % 2 * PATCH_PLACES * self.capacity
+    }
+
+    /// `cells` of the emission view as those of a round.
+    fn of_round(&self, cells: FootprintCells, round: u32) -> FootprintCells {
+        let (queue, next) = (self.queue(round), self.queue(round + 1));
+        FootprintCells { queue, first_place: self.first_place(round), next, ..cells }
+    }
+}
+
+/// Words of a queue.
+fn queue_words(capacity: u32) -> u64 {
+    PATCHES_HEAD as u64 + PATCH_WORDS as u64 * u64::from(capacity)
+}
+
+/// Parameters of the passes over cells, of one light path.
+#[derive(Clone, Copy)]
+struct OverCells {
+    trace: PathTrace,
+    split: FootprintSplit,
+    splat: FootprintSplat,
+}
+
+impl OverCells {
+    /// As those of a round.
+    fn of_round(&self, footprints: &Footprints, round: u32) -> Self {
+        let cells = footprints.of_round(self.splat.cells, round);
+        let trace = PathTrace {
+            queue: cells.queue,
+            first_place: cells.first_place,
+            parent_row: if round == 0 { self.trace.parent_row } else { PATCH_ROW },
+            keeps_bounds: 0,
+            ..self.trace
+        };
+        let split = FootprintSplit { cells, ..self.split };
+        Self { trace, split, splat: FootprintSplat { cells, ..self.splat } }
     }
 }
 
@@ -117,42 +173,57 @@ impl Caustics<'_> {
             materials,
             first_optics: setup.first_band,
             queue: NO_QUEUE,
+            first_place: 0,
+            parent_row: emission.size.x,
             max_groups: self.resources.max_groups(),
             path: PATH_REFRACTED,
             casters: TRIANGLE_REFRACTS,
             rule: self.settings.refraction_rule.code(),
             range: setup.range,
             keeps_bounds: u32::from(map_view != landing_view),
+            asides: footprints.asides,
             reserved0: 0,
+            reserved1: 0,
         };
-        let splat = FootprintSplat {
+        let cells = FootprintCells {
             emission_view: setup.views.start,
             landing_view,
             map_view,
-            first_band: setup.first_band,
             nodes,
             orders: footprints.orders,
             materials,
             first_optics: setup.first_band,
             bins: setup.bands.bins(),
-            most_level: self.settings.cell_splits,
             queue: NO_QUEUE,
+            first_place: 0,
+            splits: footprints.rounds * queue_words(footprints.capacity) as u32,
             next: footprints.queue(0),
             capacity: footprints.capacity,
-            first_ledger: setup.first_ledger,
             max_groups: self.resources.max_groups(),
-            spot_scale: setup.spot_scale,
-            spot_axis: setup.spot_axis,
-            spot_offset: setup.spot_offset,
+            reserved0: 0,
+            reserved1: 0,
+        };
+        let split = FootprintSplit {
+            cells,
+            most_level: self.settings.cell_splits,
+            most_edge_level: self.settings.cell_splits + MORE_EDGE_SPLITS,
             silhouette_view: setup.silhouette_view,
             first_caster: self.geometry.opaque,
             end_caster: self.geometry.triangles.len() as u32,
-            most_edge_level: self.settings.cell_splits + MORE_EDGE_SPLITS,
-            task: TASK_LAY,
             reserved0: 0,
             reserved1: 0,
             reserved2: 0,
         };
+        let splat = FootprintSplat {
+            cells,
+            first_band: setup.first_band,
+            first_ledger: setup.first_ledger,
+            spot_scale: setup.spot_scale,
+            reserved0: 0,
+            spot_axis: setup.spot_axis,
+            spot_offset: setup.spot_offset,
+        };
+        let over = OverCells { trace, split, splat };
         let through = setup.bands.largest * texel_extent(&emission) / f64::from(QUANTUM);
         // Flux of parallel rays is per area in working units, of an eye's per solid angle; maps seen from the light are alike.
         let area = match (setup.receiver_view, setup.source) {
@@ -175,42 +246,44 @@ impl Caustics<'_> {
         let reflected_landing = self.reflected_landing(setup);
         if refracted {
             let fitted = (map_view != landing_view).then_some(self.landing_bounds).flatten();
-            self.lay_path(footprints, label, trace, splat, resolve, self.shared.landing, fitted)?;
+            self.lay_path(footprints, label, over, resolve, self.shared.landing, fitted)?;
         }
         if reflecting != 0 {
-            let trace =
-                PathTrace { orders: 1, path: PATH_REFLECTED, casters: reflecting, keeps_bounds: 0, ..trace };
+            let trace = PathTrace {
+                orders: 1,
+                asides: 0,
+                path: PATH_REFLECTED,
+                casters: reflecting,
+                keeps_bounds: 0,
+                ..trace
+            };
             // Reflected light goes far: its map shows all receivers.
             let mirrors = reflecting & TRIANGLE_REFRACTS == 0;
-            let splat = FootprintSplat {
-                orders: 1,
-                map_view: landing_view,
-                first_ledger: reflected_ledger,
+            let cells = FootprintCells { orders: 1, map_view: landing_view, ..cells };
+            let split = FootprintSplit {
+                cells,
                 first_caster: if reflecting & TRIANGLE_MIRROR != 0 {
                     self.geometry.matt
                 } else {
                     self.geometry.opaque
                 },
-                end_caster: if mirrors { self.geometry.opaque } else { splat.end_caster },
-                ..splat
+                end_caster: if mirrors { self.geometry.opaque } else { split.end_caster },
+                ..split
             };
+            let splat = FootprintSplat { cells, first_ledger: reflected_ledger, ..splat };
+            let over = OverCells { trace, split, splat };
             let resolve = MapResolve { view: landing_view, first_texel: first_reflected, ..resolve };
             let label = format!("{label}, reflected");
-            self.lay_path(footprints, &label, trace, splat, resolve, reflected_landing, None)?;
+            self.lay_path(footprints, &label, over, resolve, reflected_landing, None)?;
         }
         Ok(())
     }
 
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the steps of one light path, each with its own parameters"
-    )]
     fn lay_path(
         &mut self,
         footprints: &Footprints,
         label: &str,
-        trace: PathTrace,
-        splat: FootprintSplat,
+        over: OverCells,
         resolve: MapResolve,
         landing: ResourceId,
         fitted: Option<ResourceId>,
@@ -230,6 +303,16 @@ impl Caustics<'_> {
             fitted.unwrap_or(shared.no_queue),
         ]
         .map(Bound::from);
+        let split_bindings = [
+            footprints.landings,
+            footprints.ends,
+            self.views,
+            shared.optics,
+            footprints.queues,
+            shared.entry,
+        ]
+        .map(Bound::from);
+        let queue_bindings = [self.views, footprints.queues].map(Bound::from);
         let splat_bindings = [
             footprints.landings,
             footprints.ends,
@@ -239,10 +322,10 @@ impl Caustics<'_> {
             map_buffer,
             ledger,
             footprints.queues,
-            shared.entry,
         ]
         .map(Bound::from);
         let resolve_bindings = [self.views, map_buffer, caustic].map(Bound::from);
+        let OverCells { trace, split, splat } = over;
         let emission = self.view(trace.emission_view);
         let map_size = self.view(trace.landing_view).size;
         let max_groups = self.resources.max_groups();
@@ -254,63 +337,55 @@ impl Caustics<'_> {
         if let Some(bounds) = fitted {
             self.resources.plan.steps.push(Step::ClearBuffer { buffer: bounds });
         }
-        let groups = queue_groups(texels * trace.nodes, PATHS_PER_GROUP, 1, max_groups);
+        let groups = queue_groups(texels, CORNERS_PER_GROUP, 1, max_groups);
         self.dispatch("path_trace", label, &trace, trace_bindings.to_vec(), groups);
         if let Some(bounds) = fitted {
-            let views = [trace.landing_view, splat.map_view, trace.landing_faces];
+            let views = [trace.landing_view, splat.cells.map_view, trace.landing_faces];
             self.fit_views(bounds, label, views, DVec2::splat(self.most_zoom), map_size.x as f32);
         }
         self.resources.plan.steps.push(Step::ClearBuffer { buffer: map_buffer });
         let groups = queue_groups(cells, CELLS_PER_GROUP, 1, max_groups);
         if footprints.rounds > 0 {
-            let count = FootprintSplat { task: TASK_COUNT, ..splat };
-            let label = format!("{label}, count");
-            self.dispatch("footprint_splat", &label, &count, splat_bindings.to_vec(), groups);
+            self.dispatch("footprint_split", label, &split, split_bindings.to_vec(), groups);
+            let queue = FootprintQueue { cells: splat.cells };
+            self.dispatch("footprint_queue", label, &queue, queue_bindings.to_vec(), groups);
         }
         self.dispatch("footprint_splat", label, &splat, splat_bindings.to_vec(), groups);
-        self.split_cells(footprints, label, (trace, &trace_bindings), (splat, &splat_bindings));
+        let bindings: [&[Bound]; 4] = [&trace_bindings, &split_bindings, &queue_bindings, &splat_bindings];
+        self.split_cells(footprints, label, over, bindings);
         self.dispatch("map_resolve", label, &resolve, resolve_bindings.to_vec(), resolve_groups);
         Ok(())
     }
 
-    /// Rounds over the queues of split cells.
+    /// Rounds over the queues of patches.
     fn split_cells(
         &mut self,
         footprints: &Footprints,
         label: &str,
-        (trace, trace_bindings): (PathTrace, &[Bound]),
-        (splat, splat_bindings): (FootprintSplat, &[Bound]),
+        over: OverCells,
+        [trace_bindings, split_bindings, queue_bindings, splat_bindings]: [&[Bound]; 4],
     ) {
-        let rounds = 0..footprints.rounds;
-        let traces: Vec<PathTrace> = rounds
-            .clone()
-            .map(|round| PathTrace { queue: footprints.queue(round), keeps_bounds: 0, ..trace })
-            .collect();
-        let splats: Vec<FootprintSplat> = rounds
-            .clone()
-            .map(|round| FootprintSplat {
-                queue: footprints.queue(round),
-                next: footprints.queue(round + 1),
-                ..splat
-            })
-            .collect();
         if footprints.rounds == 0 {
             return;
         }
-        let counts: Vec<FootprintSplat> =
-            splats.iter().map(|splat| FootprintSplat { task: TASK_COUNT, ..*splat }).collect();
+        let rounds: Vec<_> = (0..footprints.rounds).map(|round| over.of_round(footprints, round)).collect();
         let plan = &mut self.resources.plan;
         let label = format!("{label}, split");
+        let traces: Vec<_> = rounds.iter().map(|round| round.trace).collect();
+        let splits: Vec<_> = rounds.iter().map(|round| round.split).collect();
+        let queues: Vec<_> = splits.iter().map(|split| FootprintQueue { cells: split.cells }).collect();
+        let splats: Vec<_> = rounds.iter().map(|round| round.splat).collect();
         let traces = plan.add_params_per_iteration(format!("path_trace: {label}"), &traces);
+        let splits = plan.add_params_per_iteration(format!("footprint_split: {label}"), &splits);
+        let queues = plan.add_params_per_iteration(format!("footprint_queue: {label}"), &queues);
         let splats = plan.add_params_per_iteration(format!("footprint_splat: {label}"), &splats);
-        let counts = plan.add_params_per_iteration(format!("footprint_splat: {label}, count"), &counts);
         let pass = |pass: &str, params, bindings: &[Bound]| frame_plan::PassStep {
             pass: pass.into(),
             label: label.clone(),
             params: Some(params),
             bindings: bindings.to_vec(),
         };
-        let iterations = rounds.map(|round| {
+        let iterations = (0..footprints.rounds).map(|round| {
             let offset_bytes = ARGUMENTS_BYTES * u64::from(round);
             // A pass cannot take its own arguments from a buffer that it writes.
             let arguments = Step::CopyBuffer {
@@ -324,7 +399,8 @@ impl Caustics<'_> {
                 |pass| Step::DispatchIndirect { pass, arguments: footprints.arguments, offset_bytes };
             let mut steps = vec![arguments, over_queue(pass("path_trace", traces, trace_bindings))];
             if round + 1 < footprints.rounds {
-                steps.push(over_queue(pass("footprint_splat", counts, splat_bindings)));
+                steps.push(over_queue(pass("footprint_split", splits, split_bindings)));
+                steps.push(over_queue(pass("footprint_queue", queues, queue_bindings)));
             }
             steps.push(over_queue(pass("footprint_splat", splats, splat_bindings)));
             steps

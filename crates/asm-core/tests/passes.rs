@@ -4,7 +4,9 @@ use asm_core::PASSES;
 use asm_core::display::{DISPLAY_WGSL, DisplayParams};
 use asm_core::passes::coverage_mip::{COVERAGE_MIP, CoverageMip};
 use asm_core::passes::deferred_refraction::{DEFERRED_REFRACTION, DeferredRefraction, ViewBand};
+use asm_core::passes::footprint_queue::{FOOTPRINT_QUEUE, FootprintQueue};
 use asm_core::passes::footprint_splat::{FOOTPRINT_SPLAT, FootprintSplat, RunningBand};
+use asm_core::passes::footprint_split::{FOOTPRINT_SPLIT, FootprintSplit};
 use asm_core::passes::gap_fill::{GAP_FILL, GapFill};
 use asm_core::passes::gap_mask::{GAP_MASK, GapMask};
 use asm_core::passes::gap_reach::{GAP_REACH, GapReach};
@@ -20,6 +22,7 @@ use asm_core::passes::uv_visibility::{UV_VISIBILITY, UvVisibility};
 use asm_core::passes::visibility::{VISIBILITY, Visibility};
 use asm_core::shared::bvh::BvhNode;
 use asm_core::shared::footprint::{PathEnds, PathLanding};
+use asm_core::shared::footprint_cells::FootprintCells;
 use asm_core::shared::irradiance::Light;
 use asm_core::shared::optics::Optics;
 use asm_core::shared::photons::{Band, Photons};
@@ -91,7 +94,8 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             &PATH_TRACE,
             layout!(PathTrace as "PathTrace" {
                 emission_view, landing_view, landing_faces, nodes, orders, bins, materials, first_optics, queue,
-                max_groups, path, casters, rule, range, keeps_bounds, reserved0,
+                first_place, parent_row, max_groups, path, casters, rule, range, keeps_bounds, asides,
+                reserved0, reserved1,
             }),
         ),
         (&PHOTON_PATH, photons()),
@@ -99,11 +103,25 @@ fn every_struct_has_the_layout_of_its_wgsl() {
         (&PATH_TRACE, path_landing()),
         (&PATH_TRACE, layout!(PathEnds as "PathEnds" { end, reflected, absorbed, kept_inside })),
         (
+            &FOOTPRINT_SPLIT,
+            layout!(FootprintSplit as "FootprintSplit" {
+                cells, most_level, most_edge_level, silhouette_view, first_caster, end_caster, reserved0, reserved1,
+                reserved2,
+            }),
+        ),
+        (&FOOTPRINT_SPLIT, path_landing()),
+        (&FOOTPRINT_QUEUE, layout!(FootprintQueue as "FootprintQueue" { cells })),
+        (
+            &FOOTPRINT_QUEUE,
+            layout!(FootprintCells as "FootprintCells" {
+                emission_view, landing_view, map_view, nodes, orders, materials, first_optics, bins, queue,
+                first_place, splits, next, capacity, max_groups, reserved0, reserved1,
+            }),
+        ),
+        (
             &FOOTPRINT_SPLAT,
             layout!(FootprintSplat as "FootprintSplat" {
-                emission_view, landing_view, map_view, first_band, nodes, orders, materials, first_optics, bins,
-                most_level, queue, next, capacity, first_ledger, max_groups, spot_scale, spot_axis, spot_offset,
-                silhouette_view, first_caster, end_caster, most_edge_level, task, reserved0, reserved1, reserved2,
+                cells, first_band, first_ledger, spot_scale, reserved0, spot_axis, spot_offset,
             }),
         ),
         (&FOOTPRINT_SPLAT, layout!(RunningBand as "RunningBand" { weight, reserved0, moment, reserved1 })),

@@ -4,7 +4,9 @@ use frame_plan::{Binding, BindingKind, PassSet};
 
 pub mod coverage_mip;
 pub mod deferred_refraction;
+pub mod footprint_queue;
 pub mod footprint_splat;
+pub mod footprint_split;
 pub mod gap_fill;
 pub mod gap_mask;
 pub mod gap_reach;
@@ -28,6 +30,8 @@ pub const PASSES: PassSet = PassSet(&[
     &photon_trace::PHOTON_TRACE,
     &photon_path::PHOTON_PATH,
     &path_trace::PATH_TRACE,
+    &footprint_split::FOOTPRINT_SPLIT,
+    &footprint_queue::FOOTPRINT_QUEUE,
     &footprint_splat::FOOTPRINT_SPLAT,
     &map_fit::MAP_FIT,
     &gap_mask::GAP_MASK,
@@ -56,6 +60,8 @@ const PHOTONS_WGSL: &str = include_str!("../../../../shaders/shared/photons.wgsl
 const LANDING_SEARCH_WGSL: &str = include_str!("../../../../shaders/shared/landing_search.wgsl");
 const BVH_WGSL: &str = include_str!("../../../../shaders/shared/bvh.wgsl");
 const FOOTPRINT_WGSL: &str = include_str!("../../../../shaders/shared/footprint.wgsl");
+const FOOTPRINT_CELLS_WGSL: &str = include_str!("../../../../shaders/shared/footprint_cells.wgsl");
+const FOOTPRINT_LANDINGS_WGSL: &str = include_str!("../../../../shaders/shared/footprint_landings.wgsl");
 const CROSSING_WGSL: &str = include_str!("../../../../shaders/shared/crossing.wgsl");
 const EXIT_SEARCH_WGSL: &str = include_str!("../../../../shaders/shared/exit_search.wgsl");
 const LEDGER_WGSL: &str = include_str!("../../../../shaders/shared/ledger.wgsl");

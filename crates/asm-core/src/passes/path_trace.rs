@@ -1,6 +1,7 @@
 //! Paths of light from the corners of cells of the emission view to where they land. Twin of `shaders/path_trace.wgsl`; how they go
 //! on stands in [`crate::shared::light_path`].
 
+use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use bytemuck::{Pod, Zeroable};
@@ -16,7 +17,10 @@ use super::{
 };
 use crate::shared::bvh::Surfaces;
 use crate::shared::flux::WHOLE;
-use crate::shared::footprint::{CELL_WORDS, CELLS_HEAD, FootprintCell, PathEnds, PathLanding, node_bin};
+use crate::shared::footprint::{
+    FootprintCell, PATCH_NEW, PATCH_PLACES, PATCH_ROW, PathEnds, PathLanding, node_bin,
+};
+use crate::shared::footprint_cells::{NO_QUEUE, queued_patch};
 use crate::shared::ledger::*;
 use crate::shared::light_path::{Arrival, LightPaths, way_on};
 use crate::shared::optics::Optics;
@@ -46,6 +50,10 @@ pub struct PathTrace {
     pub first_optics: u32,
     /// First word in `queues`; [`NO_QUEUE`]: corners are the texel centres of the emission view.
     pub queue: u32,
+    /// First place of the queued patches' corners.
+    pub first_place: u32,
+    /// Places from one row of their parents' corners to the next.
+    pub parent_row: u32,
     /// Most workgroups of the device, per dimension.
     pub max_groups: u32,
     /// `PATH_*`.
@@ -58,15 +66,16 @@ pub struct PathTrace {
     pub range: f32,
     /// 1: `bounds` gets where paths land.
     pub keeps_bounds: u32,
+    /// Of its landings, those of what was thrown back behind the first glass.
+    pub asides: u32,
     /// Padding.
     pub reserved0: u32,
+    /// Padding.
+    pub reserved1: u32,
 }
 
-/// No cells are queued.
-pub const NO_QUEUE: u32 = u32::MAX;
-
-/// Paths that a workgroup takes.
-pub const PATHS_PER_GROUP: u32 = 64;
+/// Corners, with all their nodes, that a workgroup takes.
+pub const CORNERS_PER_GROUP: u32 = 64;
 
 /// All that an executor needs to build and run `path_trace`.
 pub const PATH_TRACE: PassInfo = PassInfo {
@@ -101,7 +110,7 @@ pub const PATH_TRACE: PassInfo = PassInfo {
         binding("bounds", BindingKind::Atomic),
     ],
     kind: PassKind::Compute {
-        workgroup: [PATHS_PER_GROUP, 1, 1],
+        workgroup: [CORNERS_PER_GROUP, 1, 1],
         mirror: |args| {
             let inputs = Inputs {
                 params: args.params(),
@@ -133,7 +142,7 @@ pub struct Inputs<'a> {
 
 const WAY_LANDS: u32 = 3;
 
-/// CPU mirror: a path per node and texel of the emission view, or per node and corner of the queued cells.
+/// CPU mirror: the paths of every texel of the emission view, or of the corners of the queued patches.
 pub fn path_trace(
     inputs: &Inputs<'_>,
     queues: &[AtomicU32],
@@ -142,42 +151,52 @@ pub fn path_trace(
     bounds: &[AtomicU32],
 ) {
     let params = &inputs.params;
-    let light_paths = inputs.paths();
-    let view = &inputs.views[params.emission_view as usize];
-    let queue = (params.queue != NO_QUEUE).then(|| &queues[params.queue as usize..]);
-    let load = |queue: &[AtomicU32], word: usize| queue[word].load(Ordering::Relaxed);
-    let places = queue.map_or(view.size.x * view.size.y, |queue| 4 * load(queue, QUEUE_COUNT));
-    let paths = (places * params.nodes) as usize;
-    let per_group = PATHS_PER_GROUP as usize;
-    let landings = landings.par_chunks_mut(per_group * params.orders as usize);
-    let groups = landings.zip(ends.par_chunks_mut(per_group)).take(paths.div_ceil(per_group)).enumerate();
-    groups.for_each(|(group, (landings, ends))| {
-        let of_path = landings.chunks_exact_mut(params.orders as usize).zip(ends);
-        for (local, (landings, ends)) in of_path.enumerate() {
-            let path = (group * per_group + local) as u32;
-            let (node, place) = (path % params.nodes, path / params.nodes);
-            if place >= places {
-                break;
-            }
-            let (cell, corner) = match queue {
-                None => {
-                    let at = UVec2::new(place % view.size.x, place / view.size.x);
-                    (FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins }, 0)
-                }
-                Some(queue) => {
-                    let word = CELLS_HEAD + CELL_WORDS * (place / 4) as usize;
-                    let words = [0, 1].map(|i| load(queue, word + i));
-                    (FootprintCell::from_words(words), place % 4)
-                }
-            };
-            landings.fill(PathLanding { end: END_MISSED, ..PathLanding::default() });
-            let ray = view.ray(cell.corner(corner));
-            *ends = light_paths.trace(ray, node_bin(params.nodes, node, &cell), WHOLE, |arrival| {
-                landings[arrival.order as usize] = inputs.landing(&light_paths, &arrival);
-            });
-            if params.keeps_bounds == 1 {
-                for landing in landings.iter().filter(|landing| landing.end == END_LANDED) {
-                    inputs.add_bounds(landing, bounds);
+    let (nodes, orders) = (params.nodes as usize, params.orders as usize);
+    if params.queue == NO_QUEUE {
+        let size = inputs.views[params.emission_view as usize].size;
+        let corners = landings.par_chunks_exact_mut(nodes * orders).zip(ends.par_chunks_exact_mut(nodes));
+        let corners = corners.take((size.x * size.y) as usize).enumerate();
+        return corners.with_min_len(CORNERS_PER_GROUP as usize).for_each(|(place, (landings, ends))| {
+            let at = UVec2::new(place as u32 % size.x, place as u32 / size.x);
+            let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
+            inputs.trace_corner(&cell, landings, ends, bounds);
+        });
+    }
+    // Parents lie before or behind the patches' own places.
+    let first = params.first_place as usize * nodes;
+    let patches = queues[params.queue as usize + QUEUE_COUNT].load(Ordering::Relaxed) as usize;
+    let paths = PATCH_PLACES as usize * nodes;
+    let end = first + patches * paths;
+    let (landings_before, rest) = landings.split_at_mut(first * orders);
+    let (landings, landings_behind) = rest.split_at_mut((end - first) * orders);
+    let (ends_before, rest) = ends.split_at_mut(first);
+    let (ends, ends_behind) = rest.split_at_mut(end - first);
+    let patches =
+        landings.par_chunks_exact_mut(paths * orders).zip(ends.par_chunks_exact_mut(paths)).enumerate();
+    patches.with_min_len(8).for_each(|(slot, (landings, ends))| {
+        let patch = queued_patch(queues, params.queue, slot as u32);
+        let paths_of = |at: UVec2| {
+            let first = (at.x + PATCH_ROW * at.y) as usize * nodes;
+            first..first + nodes
+        };
+        let landings_of = |paths: &Range<usize>| paths.start * orders..paths.end * orders;
+        for at in (0..PATCH_NEW).filter_map(|i| patch.new_corner(i)) {
+            let cell = FootprintCell { at: patch.cell(0).at + at, ..patch.cell(0) };
+            let own = paths_of(at);
+            inputs.trace_corner(&cell, &mut landings[landings_of(&own)], &mut ends[own], bounds);
+        }
+        if patch.has_parent() {
+            for corner in [UVec2::ZERO, UVec2::X, UVec2::Y, UVec2::ONE] {
+                let own = paths_of(corner * patch.parts);
+                let place = patch.parent + corner.x + params.parent_row * corner.y;
+                let from = place as usize * nodes..(place as usize + 1) * nodes;
+                if from.end <= first {
+                    landings[landings_of(&own)].copy_from_slice(&landings_before[landings_of(&from)]);
+                    ends[own].copy_from_slice(&ends_before[from]);
+                } else {
+                    let from = from.start - end..from.end - end;
+                    landings[landings_of(&own)].copy_from_slice(&landings_behind[landings_of(&from)]);
+                    ends[own].copy_from_slice(&ends_behind[from]);
                 }
             }
         }
@@ -196,11 +215,42 @@ impl<'a> Inputs<'a> {
             landing_faces: params.landing_faces,
             materials: params.materials,
             first_optics: params.first_optics,
-            orders: params.orders,
+            orders: params.orders - params.asides,
+            asides: params.asides,
             path: params.path,
             casters: params.casters,
             rule: params.rule,
             range: params.range,
+        }
+    }
+
+    /// The first corner of a cell, at all nodes; `landings` has node x order, `ends` nodes.
+    fn trace_corner(
+        &self,
+        cell: &FootprintCell,
+        landings: &mut [PathLanding],
+        ends: &mut [PathEnds],
+        bounds: &[AtomicU32],
+    ) {
+        let params = &self.params;
+        let paths = self.paths();
+        let ray = self.views[params.emission_view as usize].ray(cell.corner(0));
+        let first = paths.first_surface(ray);
+        landings.fill(PathLanding { end: END_MISSED, ..PathLanding::default() });
+        let of_nodes = landings.chunks_exact_mut(params.orders as usize).zip(ends).zip(0..);
+        for ((landings, ends), node) in of_nodes {
+            let bin = node_bin(params.nodes, node, cell);
+            *ends = match &first {
+                Err(end) => PathEnds { end: *end, ..PathEnds::default() },
+                Ok(met) => paths.trace_from(ray, met, bin, WHOLE, |arrival| {
+                    landings[arrival.order as usize] = self.landing(&paths, &arrival);
+                }),
+            };
+        }
+        if params.keeps_bounds == 1 {
+            for landing in landings.iter().filter(|landing| landing.end == END_LANDED) {
+                self.add_bounds(landing, bounds);
+            }
         }
     }
 

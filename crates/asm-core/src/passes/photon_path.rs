@@ -91,6 +91,7 @@ pub const PHOTON_PATH: PassInfo = PassInfo {
                     materials: photons.materials,
                     first_optics: photons.first_band,
                     orders,
+                    asides: 0,
                     path: photons.path,
                     casters: photons.casters,
                     rule: photons.rule,

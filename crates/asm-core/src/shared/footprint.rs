@@ -26,6 +26,13 @@ pub struct PathLanding {
     pub medium: u32,
 }
 
+impl PathLanding {
+    /// Light between the two lies between their landings.
+    pub fn goes_with(&self, other: &Self) -> bool {
+        self.way == other.way && self.end == other.end && (self.place ^ other.place) & 0xff == 0
+    }
+}
+
 /// What a path leaves on its way, as parts of its flux; mirrors `PathEnds`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
@@ -98,29 +105,85 @@ pub fn node_weights(nodes: usize, at: &[f32; MOST_NODES], x: f32) -> [f32; MOST_
 /// Classes of urgency of splits.
 pub const CLASSES: usize = 32;
 
-/// Words before a queue's cells: the head of a queue, and how many cells of each class there were to put into it.
-pub const CELLS_HEAD: usize = QUEUE_HEAD + CLASSES;
+/// Words before a queue's patches: the head of a queue, and how many patches of each class there were to put into it.
+pub const PATCHES_HEAD: usize = QUEUE_HEAD + CLASSES;
 
-/// Words of a queued cell.
-pub const CELL_WORDS: usize = 2;
+/// Words of a queued patch.
+pub const PATCH_WORDS: usize = 3;
 
-impl FootprintCell {
+/// Places of a patch: 3 x 3 corners.
+pub const PATCH_PLACES: u32 = 9;
+
+/// From one row of them to the next.
+pub const PATCH_ROW: u32 = 3;
+
+/// Most cells of a patch.
+pub const PATCH_CELLS: u32 = 4;
+
+/// Most corners of a patch that its parent does not have.
+pub const PATCH_NEW: u32 = 5;
+
+/// What a cell is split into: cells in x and y, or the cell itself with a part of its range.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Patch {
+    /// The cell that is split; with its part of the range where that is.
+    pub cell: FootprintCell,
+    /// Cells in x and y, 1 or 2; 1 x 1 where the range is split.
+    pub parts: UVec2,
+    /// Place of the split cell's first corner.
+    pub parent: u32,
+}
+
+impl Patch {
     /// As queued.
-    pub fn words(&self) -> [u32; CELL_WORDS] {
-        let range = self.first << 8 | self.bins.ilog2() << 20;
-        [self.at.x | self.at.y << 16, self.level.x | self.level.y << 4 | range]
+    pub fn words(&self) -> [u32; PATCH_WORDS] {
+        let FootprintCell { at, level, first, bins } = self.cell;
+        let parts = (self.parts.x - 1) << 24 | (self.parts.y - 1) << 25;
+        [at.x | at.y << 16, level.x | level.y << 4 | first << 8 | bins.ilog2() << 20 | parts, self.parent]
     }
 
     /// From a queue.
-    pub fn from_words(words: [u32; CELL_WORDS]) -> Self {
-        Self {
+    pub fn from_words(words: [u32; PATCH_WORDS]) -> Self {
+        let cell = FootprintCell {
             at: UVec2::new(words[0] & 0xffff, words[0] >> 16),
             level: UVec2::new(words[1] & 0xf, words[1] >> 4 & 0xf),
             first: words[1] >> 8 & 0xfff,
-            bins: 1 << (words[1] >> 20),
-        }
+            bins: 1 << (words[1] >> 20 & 0xf),
+        };
+        let parts = UVec2::new(1 + (words[1] >> 24 & 1), 1 + (words[1] >> 25 & 1));
+        Self { cell, parts, parent: words[2] }
     }
 
+    /// All its cells as one of its corners counts them: a cell of the patch's own level.
+    pub fn cell(&self, child: u32) -> FootprintCell {
+        let at = self.parts * self.cell.at + UVec2::new(child % self.parts.x, child / self.parts.x);
+        FootprintCell { at, level: self.cell.level + self.parts - 1, ..self.cell }
+    }
+
+    /// Number of its cells.
+    pub fn cells(&self) -> u32 {
+        self.parts.x * self.parts.y
+    }
+
+    /// The corners that are traced for it, and none beyond them.
+    pub fn new_corner(&self, i: u32) -> Option<UVec2> {
+        const INNER: [(u32, u32); PATCH_NEW as usize] = [(1, 0), (1, 1), (0, 1), (2, 1), (1, 2)];
+        let (x, y) = match (self.parts.x, self.parts.y) {
+            (1, 1) => (i & 1, i >> 1),
+            (2, 1) => (1, i),
+            (1, 2) => (i, 1),
+            _ => INNER[i as usize],
+        };
+        (x <= self.parts.x && y <= self.parts.y).then_some(UVec2::new(x, y))
+    }
+
+    /// Whether its outer corners are its parent's.
+    pub fn has_parent(&self) -> bool {
+        self.cells() > 1
+    }
+}
+
+impl FootprintCell {
     /// A corner, texels of the emission view.
     pub fn corner(&self, corner: u32) -> Vec2 {
         let at = self.at + UVec2::new(corner & 1, corner >> 1);
@@ -164,10 +227,37 @@ mod tests {
     }
 
     #[test]
-    fn queued_cells_come_back() {
+    fn queued_patches_come_back() {
         let cell =
             FootprintCell { at: UVec2::new(16_383, 77), level: UVec2::new(6, 2), first: 240, bins: 16 };
-        assert_eq!(FootprintCell::from_words(cell.words()), cell);
+        for parts in [UVec2::ONE, UVec2::new(2, 1), UVec2::new(1, 2), UVec2::splat(2)] {
+            let patch = Patch { cell, parts, parent: 123_456_789 };
+            assert_eq!(Patch::from_words(patch.words()), patch);
+        }
         assert_eq!(cell.corner(3), Vec2::new(16_384.0 / 64.0 + 0.5, 78.0 / 4.0 + 0.5));
+    }
+
+    #[test]
+    fn corners_of_a_patch_are_new_or_its_parents() {
+        let cell = FootprintCell { at: UVec2::new(3, 5), level: UVec2::ONE, first: 0, bins: 256 };
+        for (parts, new) in
+            [(UVec2::ONE, 4), (UVec2::new(2, 1), 2), (UVec2::new(1, 2), 2), (UVec2::splat(2), 5)]
+        {
+            let patch = Patch { cell, parts, parent: 0 };
+            let mut corners: Vec<_> = (0..PATCH_NEW).filter_map(|i| patch.new_corner(i)).collect();
+            assert_eq!(corners.len(), new, "{parts}");
+            if patch.has_parent() {
+                corners.extend([UVec2::ZERO, parts * UVec2::X, parts * UVec2::Y, parts]);
+            }
+            corners.sort_by_key(|c| (c.y, c.x));
+            corners.dedup();
+            assert_eq!(corners.len() as u32, (parts.x + 1) * (parts.y + 1), "{parts}: each once");
+            let inside = (0..patch.cells()).map(|child| patch.cell(child).corner(0));
+            assert!(
+                inside
+                    .zip(1..)
+                    .all(|(at, _)| at.cmpge(cell.corner(0)).all() && at.cmplt(cell.corner(3)).all())
+            );
+        }
     }
 }

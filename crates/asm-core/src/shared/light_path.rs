@@ -2,8 +2,9 @@
 //! every surface, with reflections inside the first glass, to what each meets last.
 //!
 //! Where light leaves the first glass after each number of reflections it goes on as an arrival of its own. Behind it, what goes
-//! on is chosen, not drawn: through glass what passes, at mirrors and at total reflection what is thrown back. Parts are
-//! integers and split without a rest, so those of a path's arrivals and ends add up to its flux exactly.
+//! on is chosen, not drawn: through glass what passes, at mirrors and at total reflection what is thrown back. The first few
+//! times that this leaves something behind, what is thrown back goes aside, and arrives for itself. Parts are integers and split
+//! without a rest, so those of a path's arrivals and ends add up to its flux exactly.
 
 use frame_plan::cpu::TextureView;
 use glam::Vec3;
@@ -40,8 +41,10 @@ pub struct LightPaths<'a> {
     pub materials: u32,
     /// Row of this light.
     pub first_optics: u32,
-    /// Arrivals of a path.
+    /// Reflections inside the first glass after which light may leave it, and none.
     pub orders: u32,
+    /// What is thrown back behind the first glass and followed, at most so often; up to [`MOST_ASIDES`].
+    pub asides: u32,
     /// `PATH_*`.
     pub path: u32,
     /// `TRIANGLE_*` of the surfaces that paths begin at.
@@ -55,7 +58,7 @@ pub struct LightPaths<'a> {
 /// Where a path, or what of it leaves the first glass after so many reflections, leads.
 #[derive(Clone, Copy, Debug)]
 pub struct Arrival {
-    /// Reflections inside the first glass.
+    /// Reflections inside the first glass; from [`LightPaths::orders`] on what went aside.
     pub order: u32,
     /// `END_*`; `END_LANDED` at an opaque surface, wherever that is.
     pub end: u32,
@@ -84,6 +87,9 @@ const WAY_PRIME: u32 = 16_777_619;
 const WAY_THROUGH: u32 = 1;
 const WAY_BACK: u32 = 2;
 
+/// Where light outside all glass is: in no object, where nothing absorbs.
+const OUTSIDE: (u32, f32) = (NO_OBJECT, 0.0);
+
 /// As the FNV-1a hash goes on.
 pub fn way_on(way: u32, number: u32) -> u32 {
     (way ^ number).wrapping_mul(WAY_PRIME)
@@ -99,6 +105,49 @@ struct Way {
     /// Of all surfaces so far.
     surfaces: u32,
     ends: PathEnds,
+}
+
+/// Most that [`LightPaths::asides`] may be.
+pub const MOST_ASIDES: usize = 2;
+
+/// What was thrown back behind the first glass.
+#[derive(Clone, Copy)]
+struct Aside {
+    ray: Ray,
+    start: u32,
+    part: u32,
+    surfaces: u32,
+    /// The refractor that it is in, or [`NO_OBJECT`].
+    object: u32,
+    /// Around it, per working unit.
+    absorption: f32,
+    /// Inside the first glass, working units.
+    length: f32,
+}
+
+/// Those of a path, in the order of its surfaces.
+#[derive(Default)]
+struct Asides {
+    kept: [Option<Aside>; MOST_ASIDES],
+    count: usize,
+    /// How many may still come.
+    room: u32,
+    /// Not kept if they have less.
+    least: u32,
+    /// Of the way so far inside the first glass.
+    length: f32,
+}
+
+impl Asides {
+    fn keep(&mut self, aside: Aside) -> bool {
+        let fits = self.room > 0 && aside.part >= self.least;
+        if fits {
+            self.kept[self.count] = Some(Aside { length: self.length, ..aside });
+            self.count += 1;
+            self.room -= 1;
+        }
+        fits
+    }
 }
 
 impl Way {
@@ -172,10 +221,10 @@ impl LightPaths<'_> {
         (at.found && lit() && self.shown_there(&at, met.visible, point)).then_some(at)
     }
 
-    /// From the first glass, or from the first mirror, to where it lands.
-    fn follow(&self, way: &mut Way, bin: u32) -> Arrival {
-        let mut object = NO_OBJECT;
-        let mut absorption = 0.0; // around the ray, per working unit
+    /// From the first glass, or from the first mirror, or from where it went aside inside an object that absorbs per working
+    /// unit, to where it lands.
+    fn follow(&self, way: &mut Way, inside: (u32, f32), bin: u32, asides: &mut Asides) -> Arrival {
+        let (mut object, mut absorption) = inside;
         for _ in 0..MOST_SURFACES {
             let met = self.surfaces.nearest(way.ray, &Sought { object, start: way.start, only: 0 });
             if met.visible == NOTHING {
@@ -210,10 +259,22 @@ impl LightPaths<'_> {
                 } else {
                     let passed = flux_part(way.part, part_from(1.0 - crossing.reflectance));
                     let rest = way.part - passed;
-                    if object == NO_OBJECT {
-                        way.ends.reflected += rest;
-                    } else {
-                        way.ends.kept_inside += rest;
+                    let back = reflect_at(direction, normal, t, 1.0);
+                    let aside = Aside {
+                        ray: Ray { origin, direction: back.direction },
+                        start: met.visible,
+                        part: if back.end == END_LANDED { rest } else { 0 },
+                        surfaces: way_on(way.surfaces, 8 * t.face + WAY_BACK),
+                        object,
+                        absorption,
+                        length: 0.0,
+                    };
+                    if !asides.keep(aside) {
+                        if object == NO_OBJECT {
+                            way.ends.reflected += rest;
+                        } else {
+                            way.ends.kept_inside += rest;
+                        }
                     }
                     way.part = passed;
                     way.absorb(medium.surface);
@@ -235,6 +296,7 @@ impl LightPaths<'_> {
         front: &Triangle,
         bin: u32,
         whole: u32,
+        asides: &mut Asides,
         arrives: &mut impl FnMut(Arrival),
     ) -> PathEnds {
         let medium = self.medium(front, bin);
@@ -274,7 +336,8 @@ impl LightPaths<'_> {
                     let mut outside = Way { part: leaves, ..way };
                     outside.absorb(medium.surface);
                     outside.go_on(origin, crossing.direction, &met, t, WAY_THROUGH);
-                    keep(order, self.follow(&mut outside, bin), length);
+                    asides.length = length;
+                    keep(order, self.follow(&mut outside, OUTSIDE, bin, asides), length);
                     way.part -= leaves;
                     way.ends = outside.ends;
                 } else if crossing.end != END_TOTAL {
@@ -294,6 +357,25 @@ impl LightPaths<'_> {
         }
         way.ends.kept_inside += way.part;
         way.ends
+    }
+
+    /// What went aside, to where it lands; nothing of it goes aside once more.
+    fn follow_asides(
+        &self,
+        asides: &Asides,
+        medium: u32,
+        bin: u32,
+        mut ends: PathEnds,
+        arrives: &mut impl FnMut(Arrival),
+    ) -> PathEnds {
+        for (aside, order) in asides.kept.iter().flatten().zip(self.orders..) {
+            let Aside { ray, start, part, surfaces, object, absorption, length } = *aside;
+            let mut way = Way { ray, start, part, surfaces, ends };
+            let arrival = self.follow(&mut way, (object, absorption), bin, &mut Asides::default());
+            arrives(Arrival { order, length, medium, ..arrival });
+            ends = way.ends;
+        }
+        ends
     }
 
     /// Back from the first surface; what goes into glass there stays, what a mirror does not throw back is absorbed.
@@ -325,27 +407,47 @@ impl LightPaths<'_> {
         let mut way = Way { ray, start: NOTHING, part, surfaces: WAY_START, ends };
         let origin = ray.origin + met.hit.distance * ray.direction;
         way.go_on(origin, back.direction, met, front, WAY_BACK);
-        let arrival = self.follow(&mut way, bin);
+        let arrival = self.follow(&mut way, OUTSIDE, bin, &mut Asides::default());
         arrives(Arrival { medium: front.material, ..arrival });
         way.ends
     }
 
-    /// All of a path with the flux `whole`: what it leaves on its way, and its arrivals to `arrives`.
-    pub fn trace(&self, ray: Ray, bin: u32, whole: u32, mut arrives: impl FnMut(Arrival)) -> PathEnds {
-        let ended = |end| PathEnds { end, ..PathEnds::default() };
+    /// Where light meets what paths begin at, or how it ends.
+    pub fn first_surface(&self, ray: Ray) -> Result<SurfaceHit, u32> {
         let sought = |only| Sought { object: NO_OBJECT, start: NOTHING, only };
         let met = self.surfaces.nearest(ray, &sought(0));
         if met.visible == NOTHING || (self.range > 0.0 && met.hit.distance > self.range) {
-            return ended(END_MISSED);
+            return Err(END_MISSED);
         }
         let front = self.triangle(met.visible);
         if front.flags & self.casters == 0 {
             let behind = self.surfaces.nearest(ray, &sought(self.casters));
             let blocks = front.flags & TRIANGLE_REFRACTS == 0 && behind.visible != NOTHING;
-            return ended(if blocks { END_BLOCKED } else { END_MISSED });
+            return Err(if blocks { END_BLOCKED } else { END_MISSED });
         }
+        Ok(met)
+    }
+
+    /// All of a path with the flux `whole`: what it leaves on its way, and its arrivals to `arrives`.
+    pub fn trace(&self, ray: Ray, bin: u32, whole: u32, arrives: impl FnMut(Arrival)) -> PathEnds {
+        match self.first_surface(ray) {
+            Err(end) => PathEnds { end, ..PathEnds::default() },
+            Ok(met) => self.trace_from(ray, &met, bin, whole, arrives),
+        }
+    }
+
+    /// As [`LightPaths::trace`] from the first surface on, which all wavelengths have in common.
+    pub fn trace_from(
+        &self,
+        ray: Ray,
+        met: &SurfaceHit,
+        bin: u32,
+        whole: u32,
+        mut arrives: impl FnMut(Arrival),
+    ) -> PathEnds {
+        let front = self.triangle(met.visible);
         if self.path == PATH_REFLECTED {
-            return self.trace_reflected(ray, &met, bin, whole, &mut arrives);
+            return self.trace_reflected(ray, met, bin, whole, &mut arrives);
         }
         let medium = self.medium(front, bin);
         let normal = -met.hit.facing.signum() * front.interpolated_normal(&met.hit);
@@ -353,18 +455,21 @@ impl LightPaths<'_> {
         let eta = if entering { medium.index } else { 1.0 / medium.index };
         let crossing = cross_surface(ray.direction, normal, front, eta, self.rule);
         if crossing.end != END_LANDED {
-            return ended(crossing.end);
+            return PathEnds { end: crossing.end, ..PathEnds::default() };
         }
         let part = flux_part(whole, part_from(1.0 - crossing.reflectance));
         let ends = PathEnds { end: END_LANDED, reflected: whole - part, absorbed: 0, kept_inside: 0 };
         let mut way = Way { ray, start: NOTHING, part, surfaces: WAY_START, ends };
         way.absorb(medium.surface);
         let origin = ray.origin + met.hit.distance * ray.direction;
-        way.go_on(origin, crossing.direction, &met, front, WAY_THROUGH);
+        way.go_on(origin, crossing.direction, met, front, WAY_THROUGH);
         if entering {
-            return self.trace_inside(way, front, bin, whole, &mut arrives);
+            let least = (whole / LEAST_SHARE).max(1);
+            let mut asides = Asides { room: self.asides, least, ..Asides::default() };
+            let ends = self.trace_inside(way, front, bin, whole, &mut asides, &mut arrives);
+            return self.follow_asides(&asides, front.material, bin, ends, &mut arrives);
         }
-        let arrival = self.follow(&mut way, bin);
+        let arrival = self.follow(&mut way, OUTSIDE, bin, &mut Asides::default());
         arrives(Arrival { medium: front.material, ..arrival });
         way.ends
     }

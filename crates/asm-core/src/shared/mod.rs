@@ -6,6 +6,8 @@ pub mod emission;
 pub mod exit_search;
 pub mod flux;
 pub mod footprint;
+pub mod footprint_cells;
+pub mod footprint_landings;
 pub mod gap;
 pub mod irradiance;
 pub mod landing_search;

@@ -1,0 +1,240 @@
+//! Which cells are split for the next round, and how urgently: those whose paths do not belong together, those that hide something
+//! narrower than they are, and those that land bent or on many texels. Twin of `shaders/footprint_split.wgsl`; terms in
+//! `shared/footprint.rs`.
+
+use std::sync::atomic::Ordering;
+
+use bytemuck::{Pod, Zeroable};
+use frame_plan::cpu::TextureView;
+use frame_plan::{BindingKind, PassInfo, PassKind};
+use glam::{IVec2, Vec2};
+use rayon::prelude::*;
+
+use super::{
+    FLUX_WGSL, FOOTPRINT_CELLS_WGSL, FOOTPRINT_LANDINGS_WGSL, FOOTPRINT_WGSL, LEDGER_WGSL, OPTICS_WGSL,
+    PHOTON_QUEUE_WGSL, VIEW_WGSL, VISIBILITY_TEXTURE, binding,
+};
+use crate::shared::flux::WHOLE;
+use crate::shared::footprint::*;
+use crate::shared::footprint_cells::*;
+use crate::shared::footprint_landings::*;
+use crate::shared::ledger::*;
+use crate::shared::photon_queue::QUEUE_HEAD;
+
+/// Uniform of the pass; mirrors `FootprintSplit` in `shaders/footprint_split.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct FootprintSplit {
+    /// The cells.
+    pub cells: FootprintCells,
+    /// No cell is split in x and y more often.
+    pub most_level: u32,
+    /// No cell is split more often, where that is across an edge along its other side.
+    pub most_edge_level: u32,
+    /// Of `silhouette`.
+    pub silhouette_view: u32,
+    /// Casters are in a row among triangles.
+    pub first_caster: u32,
+    /// One past the last of them.
+    pub end_caster: u32,
+    /// Padding.
+    pub reserved0: u32,
+    /// Padding.
+    pub reserved1: u32,
+    /// Padding.
+    pub reserved2: u32,
+}
+
+/// All that an executor needs to build and run `footprint_split`.
+pub const FOOTPRINT_SPLIT: PassInfo = PassInfo {
+    name: "footprint_split",
+    wgsl: &[
+        VIEW_WGSL,
+        OPTICS_WGSL,
+        FLUX_WGSL,
+        LEDGER_WGSL,
+        PHOTON_QUEUE_WGSL,
+        FOOTPRINT_WGSL,
+        FOOTPRINT_CELLS_WGSL,
+        FOOTPRINT_LANDINGS_WGSL,
+        include_str!("../../../../shaders/footprint_split.wgsl"),
+    ],
+    params_struct: "FootprintSplit",
+    params_bytes: size_of::<FootprintSplit>() as u32,
+    bindings: &[
+        binding("landings", BindingKind::Read),
+        binding("ends", BindingKind::Read),
+        binding("views", BindingKind::Read),
+        binding("optics", BindingKind::Read),
+        binding("queues", BindingKind::Atomic),
+        binding("silhouette", VISIBILITY_TEXTURE),
+    ],
+    kind: PassKind::Compute {
+        workgroup: [CELLS_PER_GROUP, 1, 1],
+        mirror: |args| {
+            let params: FootprintSplit = args.params();
+            let (views, queues) = (args.read("views"), args.atomics("queues"));
+            let cells = Cells { params: params.cells, views, queues };
+            let landings = Landings { cells, landings: args.read("landings"), optics: args.read("optics") };
+            let (ends, silhouette) = (args.read("ends"), args.texture("silhouette"));
+            footprint_split(&Inputs { params, landings, ends, silhouette });
+        },
+    },
+};
+
+/// What `footprint_split` reads.
+#[derive(Clone, Copy)]
+pub struct Inputs<'a> {
+    /// The uniform.
+    pub params: FootprintSplit,
+    /// The cells, and where they land.
+    pub landings: Landings<'a>,
+    /// Of paths.
+    pub ends: &'a [PathEnds],
+    /// First surface from the light, finer than cells.
+    pub silhouette: TextureView<'a>,
+}
+
+/// Paths that carry less than this part of a whole cell's flux are not worth a split.
+const NEGLIGIBLE: u32 = WHOLE / 512;
+
+/// A cell that lands on more texels along a side is split while that is allowed.
+const MOST_TEXELS: f32 = 32.0;
+
+/// So is one whose sides are bent by more texels.
+const MOST_BEND: f32 = 0.1;
+
+/// Spectra that are longer, texels, are split in two: more nodes lie along them then.
+const MOST_ALONG: f32 = 24.0;
+
+/// Two bits behind the first of a stake, and which bit that is.
+fn class_of(stake: u32) -> u32 {
+    let stake = stake.max(NEGLIGIBLE);
+    let bit = stake.ilog2();
+    (4 * (bit - NEGLIGIBLE.ilog2()) + (stake >> (bit - 2) & 3)).min(CLASSES as u32 - 1)
+}
+
+/// CPU mirror: the cells of the emission view or of the queue.
+pub fn footprint_split(inputs: &Inputs<'_>) {
+    let params = &inputs.params.cells;
+    let queues = inputs.landings.queues;
+    let count = inputs.landings.count();
+    (0..count).into_par_iter().with_min_len(CELLS_PER_GROUP as usize).for_each(|i| {
+        let Some(emitted) = inputs.landings.emitted(i) else { return };
+        let (along, stake) = inputs.split(&emitted);
+        let class = class_of(stake);
+        let word = if along == TOGETHER { 0 } else { along | class << SPLIT_CLASS };
+        queues[(params.splits + i) as usize].store(word, Ordering::Relaxed);
+        if along != TOGETHER {
+            let patches = 1 + u32::from(along == BANDS_APART);
+            queues[params.next as usize + QUEUE_HEAD + class as usize].fetch_add(patches, Ordering::Relaxed);
+        }
+    });
+}
+
+impl Inputs<'_> {
+    /// All corners of the cell agree, but what the light sees between them does not: something narrower than a cell is there.
+    fn hides_detail(&self, emitted: &Emitted) -> bool {
+        let params = &self.params;
+        let end = self.ends[self.landings.path(emitted, 0, 0)].end;
+        let meets = end != END_MISSED && end != END_BLOCKED;
+        let view = &self.landings.views[params.silhouette_view as usize];
+        let emission = &self.landings.views[params.cells.emission_view as usize];
+        let [low, high] = [2, 1].map(|corner| {
+            (emission.slope(emitted.cell.corner(corner)) - view.slope_center) / view.texel_slope
+        });
+        let half = 0.5 * view.size.as_vec2();
+        // Texels whose centres lie in the cell.
+        let texel = |x: f32, y: f32| (Vec2::new(half.x + x, half.y - y) - 0.5).ceil().as_ivec2();
+        let first = texel(low.x, high.y).max(IVec2::ZERO);
+        let last = texel(high.x, low.y).min(view.size.as_ivec2());
+        let shows_caster = |x: i32, y: i32| {
+            let visible = self.silhouette.load_uint(x as u32, y as u32);
+            visible > params.first_caster && visible <= params.end_caster
+        };
+        (first.y..last.y).any(|y| (first.x..last.x).any(|x| shows_caster(x, y) != meets))
+    }
+
+    /// The most that a path of this order carries to where it lands, as a part of a whole cell's flux.
+    fn stake(&self, emitted: &Emitted, order: u32) -> u32 {
+        let splits = emitted.cell.level.x + emitted.cell.level.y;
+        let parts = self.landings.paths().map(|(corner, node)| {
+            let landing = self.landings.landing(emitted, corner, node, order);
+            if landing.end == END_LANDED { landing.part >> splits } else { 0 }
+        });
+        parts.fold(0, u32::max)
+    }
+
+    /// Texels between three corners in a row and the straight line, as an eighth of their second difference; 0 where they do not
+    /// belong together.
+    fn bend_of(&self, places: [u32; 3], order: u32) -> f32 {
+        let params = &self.landings.params;
+        let path = |place: u32| ((place * params.nodes + params.nodes / 2) * params.orders + order) as usize;
+        let [a, b, c] = places.map(|place| &self.landings.landings[path(place)]);
+        if !a.goes_with(b) || !b.goes_with(c) {
+            return 0.0;
+        }
+        let [a, b, c] = [a, b, c].map(|landing| self.landings.map_texel(landing.place & 0xff, landing.texel));
+        longest(a - 2.0 * b + c) / 8.0
+    }
+
+    /// How far the light between corners lies from the straight lines between their landings, as neighbouring corners tell.
+    fn bend(&self, emitted: &Emitted, order: u32) -> Vec2 {
+        let along = |step: u32, beside: u32, before: u32, behind: u32| {
+            let mut most = 0.0_f32;
+            for first in [emitted.place, emitted.place + beside] {
+                if before > 0 {
+                    most = most.max(self.bend_of([first - step, first, first + step], order));
+                }
+                if behind > 0 {
+                    most = most.max(self.bend_of([first, first + step, first + 2 * step], order));
+                }
+            }
+            most
+        };
+        let (before, behind) = (emitted.before, emitted.behind);
+        Vec2::new(along(1, emitted.row, before.x, behind.x), along(emitted.row, 1, before.y, behind.y))
+    }
+
+    /// Along what a cell is split, sums of `APART_*`, and how much light is at stake.
+    fn split(&self, emitted: &Emitted) -> (u32, u32) {
+        let params = &self.params;
+        let cell = &emitted.cell;
+        let flag = |apart: bool, flag: u32| if apart { flag } else { 0 };
+        let (mut apart, mut at_stake) = (TOGETHER, 0);
+        for order in 0..params.cells.orders {
+            let mut part = self.stake(emitted, order);
+            if part < NEGLIGIBLE {
+                continue;
+            }
+            let mut own = self.landings.belonging(emitted, order);
+            if own == TOGETHER {
+                let first = self.landings.landing(emitted, 0, 0, order);
+                let Extent { across, down, along } =
+                    self.landings.gather(emitted, order, first.place & 0xff).extent();
+                let bend = self.bend(emitted, order);
+                if across.max(down) <= MOST_TEXELS && along <= MOST_ALONG {
+                    part = (part as f32 * bend.max_element().min(1.0)) as u32;
+                }
+                own = flag(across > MOST_TEXELS || bend.x > MOST_BEND, APART_IN_X)
+                    | flag(down > MOST_TEXELS || bend.y > MOST_BEND, APART_IN_Y)
+                    | flag(along > MOST_ALONG, BANDS_APART);
+            }
+            if own != TOGETHER && part >= NEGLIGIBLE {
+                apart |= own;
+                at_stake = at_stake.max(part);
+            }
+        }
+        let in_space = APART_IN_X | APART_IN_Y;
+        if apart & in_space == 0 && self.hides_detail(emitted) {
+            apart |= in_space;
+            at_stake = at_stake.max(WHOLE >> (cell.level.x + cell.level.y));
+        }
+        // An edge along one side is worth more splits: they do not become more with every one.
+        let most = if apart & in_space == in_space { params.most_level } else { params.most_edge_level };
+        let in_x = flag(apart & APART_IN_X != 0 && cell.level.x < most, APART_IN_X);
+        let in_y = flag(apart & APART_IN_Y != 0 && cell.level.y < most, APART_IN_Y);
+        let in_bands = flag(apart & BANDS_APART != 0 && cell.bins > LEAST_BINS, BANDS_APART);
+        (if in_x | in_y != 0 { in_x | in_y } else { in_bands }, at_stake)
+    }
+}

@@ -1,0 +1,161 @@
+//! Host side of `shaders/shared/footprint_cells.wgsl`: the cells of the emission view or of a queue of patches.
+
+use std::sync::atomic::{AtomicU32, Ordering};
+
+use bytemuck::{Pod, Zeroable};
+use glam::UVec2;
+
+use super::footprint::*;
+use super::photon_queue::{QUEUE_COUNT, QUEUE_HEAD};
+use super::view::View;
+
+/// Which cells a pass takes and what they are made of; mirrors `FootprintCells`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct FootprintCells {
+    /// View fitted to the refractors.
+    pub emission_view: u32,
+    /// First view of where light may land.
+    pub landing_view: u32,
+    /// First of the map's, one per landing view.
+    pub map_view: u32,
+    /// Wavelengths of a cell.
+    pub nodes: u32,
+    /// Landings of a path.
+    pub orders: u32,
+    /// Row length of `optics`; rows of `bands` have one more, the light itself.
+    pub materials: u32,
+    /// Row of this light, in `optics`.
+    pub first_optics: u32,
+    /// Of the whole spectrum.
+    pub bins: u32,
+    /// First word in `queues`; [`NO_QUEUE`]: cells lie between the texel centres of the emission view.
+    pub queue: u32,
+    /// First place of the queued patches' corners.
+    pub first_place: u32,
+    /// First word of what the cells are split into, in `queues`.
+    pub splits: u32,
+    /// First word of the queue that splits go to; [`NO_QUEUE`]: none are made.
+    pub next: u32,
+    /// Of that queue, patches.
+    pub capacity: u32,
+    /// Most workgroups of the device, per dimension.
+    pub max_groups: u32,
+    /// Padding.
+    pub reserved0: u32,
+    /// Padding.
+    pub reserved1: u32,
+}
+
+/// No patches are queued.
+pub const NO_QUEUE: u32 = u32::MAX;
+
+/// Cells that a workgroup takes.
+pub const CELLS_PER_GROUP: u32 = 64;
+
+/// A cell and its first corner.
+#[derive(Clone, Copy, Debug)]
+pub struct Emitted {
+    /// With its part of the spectrum.
+    pub cell: FootprintCell,
+    /// Of the cell's first corner.
+    pub place: u32,
+    /// From its upper to its lower corners, places.
+    pub row: u32,
+    /// Corners before the first in x and y, in one row of places with it.
+    pub before: UVec2,
+    /// Corners behind the last.
+    pub behind: UVec2,
+}
+
+/// How paths of a cell go apart: sums of these.
+pub const TOGETHER: u32 = 0;
+/// Corners to the left and to the right.
+pub const APART_IN_X: u32 = 1;
+/// Above and below.
+pub const APART_IN_Y: u32 = 2;
+/// Wavelengths.
+pub const BANDS_APART: u32 = 4;
+
+/// Word of a cell's split: sums of `APART_*` that it is split along, and its class of urgency from this bit on; 0 is not to be split.
+pub const SPLIT_CLASS: u32 = 8;
+
+/// What passes over cells read.
+#[derive(Clone, Copy)]
+pub struct Cells<'a> {
+    /// Which.
+    pub params: FootprintCells,
+    /// All views.
+    pub views: &'a [View],
+    /// All queues, and what cells are split into.
+    pub queues: &'a [AtomicU32],
+}
+
+impl Cells<'_> {
+    /// Cells of the emission view, or all that the patches of the queue may have.
+    pub fn count(&self) -> u32 {
+        if self.params.queue == NO_QUEUE {
+            let cells = self.views[self.params.emission_view as usize].size - 1;
+            return cells.x * cells.y;
+        }
+        PATCH_CELLS * self.load(self.params.queue + QUEUE_COUNT as u32)
+    }
+
+    /// A word of the queues.
+    pub fn load(&self, word: u32) -> u32 {
+        self.queues[word as usize].load(Ordering::Relaxed)
+    }
+
+    /// Cell `i` of those that [`Cells::count`] counts; patches may have fewer.
+    pub fn emitted(&self, i: u32) -> Option<Emitted> {
+        let params = &self.params;
+        if params.queue == NO_QUEUE {
+            let size = self.views[params.emission_view as usize].size;
+            let at = UVec2::new(i % (size.x - 1), i / (size.x - 1));
+            let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
+            let place = at.y * size.x + at.x;
+            return Some(Emitted { cell, place, row: size.x, before: at, behind: size - 2 - at });
+        }
+        let (slot, child) = (i / PATCH_CELLS, i % PATCH_CELLS);
+        let patch = queued_patch(self.queues, params.queue, slot);
+        if child >= patch.cells() {
+            return None;
+        }
+        let inner = UVec2::new(child % patch.parts.x, child / patch.parts.x);
+        Some(Emitted {
+            cell: patch.cell(child),
+            place: params.first_place + PATCH_PLACES * slot + inner.x + PATCH_ROW * inner.y,
+            row: PATCH_ROW,
+            before: inner,
+            behind: patch.parts - 1 - inner,
+        })
+    }
+
+    /// What cell `i` is split along in the next round, sums of `APART_*`: those of the most urgent classes that the queue holds together
+    /// are. Which those are hangs on numbers of patches alone, not on their order.
+    pub fn split(&self, i: u32) -> u32 {
+        if self.params.next == NO_QUEUE {
+            return TOGETHER;
+        }
+        let word = self.load(self.params.splits + i);
+        let along = word & (APART_IN_X | APART_IN_Y | BANDS_APART);
+        if along != TOGETHER && word >> SPLIT_CLASS >= self.least_class() { along } else { TOGETHER }
+    }
+
+    fn least_class(&self) -> u32 {
+        let mut patches = 0;
+        for class in (0..CLASSES as u32).rev() {
+            patches += self.load(self.params.next + QUEUE_HEAD as u32 + class);
+            if patches > self.params.capacity {
+                return class + 1;
+            }
+        }
+        0
+    }
+}
+
+/// A patch of a queue.
+pub fn queued_patch(queues: &[AtomicU32], queue: u32, slot: u32) -> Patch {
+    let word = queue as usize + PATCHES_HEAD + PATCH_WORDS * slot as usize;
+    Patch::from_words(std::array::from_fn(|i| queues[word + i].load(Ordering::Relaxed)))
+}

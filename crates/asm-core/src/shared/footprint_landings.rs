@@ -1,0 +1,175 @@
+//! Host side of `shaders/shared/footprint_landings.wgsl`: where the paths of a cell land.
+
+use std::ops::Deref;
+
+use glam::Vec2;
+
+use super::flux::WHOLE;
+use super::footprint::*;
+use super::footprint_cells::*;
+use super::optics::Optics;
+
+/// What passes over landings of cells read.
+#[derive(Clone, Copy)]
+pub struct Landings<'a> {
+    /// The cells.
+    pub cells: Cells<'a>,
+    /// Path x order.
+    pub landings: &'a [PathLanding],
+    /// Bin x material that light goes through.
+    pub optics: &'a [Optics],
+}
+
+impl<'a> Deref for Landings<'a> {
+    type Target = Cells<'a>;
+
+    fn deref(&self) -> &Cells<'a> {
+        &self.cells
+    }
+}
+
+/// Where a cell lands, of one order: by corner and node.
+pub struct Spread {
+    /// Texels of the map.
+    pub places: [[Vec2; MOST_NODES]; 4],
+    /// Of the paths' flux.
+    pub parts: [[f32; MOST_NODES]; 4],
+    /// Inside the first glass, working units.
+    pub lengths: [[f32; MOST_NODES]; 4],
+    /// Of nodes, see [`Cells::abscissa`].
+    pub nodes_at: [f32; MOST_NODES],
+    /// Number of them.
+    pub nodes: usize,
+}
+
+/// Texels from one end of a cell to the other.
+#[derive(Clone, Copy, Debug)]
+pub struct Extent {
+    /// From left to right.
+    pub across: f32,
+    /// From top to bottom.
+    pub down: f32,
+    /// From one end of its range to the other.
+    pub along: f32,
+}
+
+/// The longer side of a box.
+pub fn longest(d: Vec2) -> f32 {
+    d.abs().max_element()
+}
+
+impl Landings<'_> {
+    /// Of a corner and a node.
+    pub fn path(&self, emitted: &Emitted, corner: u32, node: u32) -> usize {
+        let place = emitted.place + (corner & 1) + emitted.row * (corner >> 1);
+        (place * self.params.nodes + node) as usize
+    }
+
+    /// Of a corner, a node and a number of reflections.
+    pub fn landing(&self, emitted: &Emitted, corner: u32, node: u32, order: u32) -> &PathLanding {
+        &self.landings[self.path(emitted, corner, node) * self.params.orders as usize + order as usize]
+    }
+
+    /// Corners and nodes.
+    pub fn paths(&self) -> impl Iterator<Item = (u32, u32)> + use<> {
+        let nodes = self.params.nodes;
+        (0..4 * nodes).map(move |path| (path / nodes, path % nodes))
+    }
+
+    /// Sums of `APART_*`.
+    pub fn belonging(&self, emitted: &Emitted, order: u32) -> u32 {
+        let first = self.landing(emitted, 0, 0, order);
+        (0..self.params.nodes).fold(TOGETHER, |apart, node| {
+            let [upper_left, upper_right, lower_left, lower_right] =
+                [0, 1, 2, 3].map(|corner| self.landing(emitted, corner, node, order));
+            let flag = |together: bool, flag: u32| if together { 0 } else { flag };
+            let rows = upper_left.goes_with(upper_right) && lower_left.goes_with(lower_right);
+            let columns = upper_left.goes_with(lower_left) && upper_right.goes_with(lower_right);
+            apart
+                | flag(rows, APART_IN_X)
+                | flag(columns, APART_IN_Y)
+                | flag(first.goes_with(upper_left), BANDS_APART)
+        })
+    }
+
+    /// A place of the landing view on the map.
+    pub fn map_texel(&self, face: u32, texel: Vec2) -> Vec2 {
+        let shown = &self.views[(self.params.map_view + face) as usize];
+        let slope = self.views[(self.params.landing_view + face) as usize].slope(texel);
+        let offset = (slope - shown.slope_center) / shown.texel_slope;
+        0.5 * shown.size.as_vec2() + Vec2::new(offset.x, -offset.y)
+    }
+
+    /// Of a medium at a place in the spectrum.
+    pub fn index_at(&self, bin: f32, material: u32) -> f32 {
+        let params = &self.params;
+        let lower = (bin as u32).min(params.bins - 1);
+        let row = ((params.first_optics + lower) * params.materials + material) as usize;
+        let (a, b) = (self.optics[row].index, self.optics[row + params.materials as usize].index);
+        let share = bin - lower as f32;
+        a * (1.0 - share) + b * share
+    }
+
+    /// What landings are interpolated along from one wavelength to another, 0 to 1 within a range: the index of refraction, on
+    /// which they depend nearly linearly whatever the glass; without dispersion place in the spectrum.
+    pub fn abscissa(&self, cell: &FootprintCell, material: u32, bin: f32) -> f32 {
+        let start = self.index_at(cell.first as f32, material);
+        let span = self.index_at((cell.first + cell.bins) as f32, material) - start;
+        if span.abs() < 1e-6 {
+            return (bin - cell.first as f32) / cell.bins as f32;
+        }
+        (self.index_at(bin, material) - start) / span
+    }
+
+    /// All landings of an order, on a face.
+    pub fn gather(&self, emitted: &Emitted, order: u32, face: u32) -> Spread {
+        let (cell, nodes) = (&emitted.cell, self.params.nodes);
+        let medium = self.landing(emitted, 0, 0, order).medium;
+        let mut spread = Spread {
+            places: [[Vec2::ZERO; MOST_NODES]; 4],
+            parts: [[0.0; MOST_NODES]; 4],
+            lengths: [[0.0; MOST_NODES]; 4],
+            nodes_at: [0.0; MOST_NODES],
+            nodes: nodes as usize,
+        };
+        for node in 0..nodes {
+            spread.nodes_at[node as usize] = self.abscissa(cell, medium, node_bin(nodes, node, cell) as f32);
+        }
+        for (corner, node) in self.paths() {
+            let landing = self.landing(emitted, corner, node, order);
+            let (c, n) = (corner as usize, node as usize);
+            spread.places[c][n] = self.map_texel(face, landing.texel);
+            spread.parts[c][n] = landing.part as f32 / WHOLE as f32;
+            spread.lengths[c][n] = landing.length;
+        }
+        spread
+    }
+}
+
+impl Spread {
+    /// Lagrange's weights of the nodes at an abscissa.
+    pub fn weights(&self, x: f32) -> [f32; MOST_NODES] {
+        node_weights(self.nodes, &self.nodes_at, x)
+    }
+
+    /// Of a corner, at an abscissa of the range.
+    pub fn place_at(&self, corner: usize, x: f32) -> Vec2 {
+        self.weights(x).into_iter().zip(self.places[corner]).map(|(weight, place)| weight * place).sum()
+    }
+
+    /// In texels of the map.
+    pub fn extent(&self) -> Extent {
+        let (mut across, mut down, mut along) = (0.0_f32, 0.0_f32, 0.0_f32);
+        for node in 0..self.nodes {
+            let [upper_left, upper_right, lower_left, lower_right] = self.places.map(|corner| corner[node]);
+            across = across.max(longest(upper_right - upper_left)).max(longest(lower_right - lower_left));
+            down = down.max(longest(lower_left - upper_left)).max(longest(lower_right - upper_right));
+        }
+        for corner in 0..4 {
+            let middle = self.place_at(corner, 0.5);
+            let ends = [0.0, 1.0].map(|x| longest(self.place_at(corner, x) - middle));
+            along = along.max(ends[0] + ends[1]);
+        }
+        Extent { across, down, along }
+    }
+}

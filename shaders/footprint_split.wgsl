@@ -1,0 +1,171 @@
+// Which cells are split for the next round, and how urgently: those whose paths do not belong together, those that hide something
+// narrower than they are, and those that land bent or on many texels. Host side: `passes/footprint_split.rs`; terms in
+// `shared/footprint.rs`.
+
+struct FootprintSplit {
+    cells: FootprintCells,
+    most_level: u32,      // no cell is split in x and y more often
+    most_edge_level: u32, // no cell is split more often, where that is across an edge along its other side
+    silhouette_view: u32, // of `silhouette`
+    first_caster: u32,    // casters are in a row among triangles
+    end_caster: u32,
+    reserved0: u32,
+    reserved1: u32,
+    reserved2: u32,
+}
+
+@group(0) @binding(0) var<uniform> params: FootprintSplit;
+@group(0) @binding(1) var<storage, read> landings: array<PathLanding>; // path * orders + order
+@group(0) @binding(2) var<storage, read> ends: array<PathEnds>;        // path
+@group(0) @binding(3) var<storage, read> views: array<View>;
+@group(0) @binding(4) var<storage, read> optics: array<Optics>;        // bin * materials + material it goes through
+@group(0) @binding(5) var<storage, read_write> queues: array<atomic<u32>>;
+@group(0) @binding(6) var silhouette: texture_2d<u32>; // first surface from the light, finer than cells
+
+// Paths that carry less than this part of a whole cell's flux are not worth a split.
+const NEGLIGIBLE: u32 = 0x400000u; // WHOLE / 512
+
+// A cell that lands on more texels along a side is split while that is allowed.
+const MOST_TEXELS: f32 = 32.0;
+
+// So is one whose sides are bent by more texels.
+const MOST_BEND: f32 = 0.1;
+
+// Spectra that are longer, texels, are split in two: more nodes lie along them then.
+const MOST_ALONG: f32 = 24.0;
+
+// Two bits behind the first of a stake, and which bit that is.
+fn class_of(at_stake: u32) -> u32 {
+    let bit = firstLeadingBit(max(at_stake, NEGLIGIBLE));
+    return min(4u * (bit - 22u) + ((max(at_stake, NEGLIGIBLE) >> (bit - 2u)) & 3u), CLASSES - 1u);
+}
+
+fn shows_caster(texel: vec2<u32>) -> bool {
+    let visible = textureLoad(silhouette, vec2<i32>(texel), 0).r;
+    return visible > params.first_caster && visible <= params.end_caster;
+}
+
+// All corners of the cell agree, but what the light sees between them does not: something narrower than a cell is there.
+fn hides_detail(emitted: Emitted) -> bool {
+    let meets = ends[path_of(emitted, 0u, 0u)].end != END_MISSED && ends[path_of(emitted, 0u, 0u)].end != END_BLOCKED;
+    let view = views[params.silhouette_view];
+    let emission = views[params.cells.emission_view];
+    let low = (view_slope(emission, cell_corner(emitted.cell, 2u)) - view.slope_center) / view.texel_slope;
+    let high = (view_slope(emission, cell_corner(emitted.cell, 1u)) - view.slope_center) / view.texel_slope;
+    let half = 0.5 * vec2<f32>(view.size);
+    // Texels whose centres lie in the cell.
+    let first = max(vec2<i32>(ceil(vec2<f32>(half.x + low.x, half.y - high.y) - 0.5)), vec2<i32>(0));
+    let last = min(vec2<i32>(ceil(vec2<f32>(half.x + high.x, half.y - low.y) - 0.5)), vec2<i32>(view.size));
+    for (var y = first.y; y < last.y; y++) {
+        for (var x = first.x; x < last.x; x++) {
+            if shows_caster(vec2<u32>(vec2<i32>(x, y))) != meets {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+// The most that a path of this order carries to where it lands, as a part of a whole cell's flux.
+fn stake(emitted: Emitted, order: u32) -> u32 {
+    let splits = emitted.cell.level.x + emitted.cell.level.y;
+    var most = 0u;
+    for (var path = 0u; path < 4u * params.cells.nodes; path++) {
+        let landing = landing_of(emitted, path / params.cells.nodes, path % params.cells.nodes, order);
+        most = max(most, select(0u, landing.part >> splits, landing.end == END_LANDED));
+    }
+    return most;
+}
+
+// Texels between three corners in a row and the straight line, as an eighth of their second difference; 0 where they do not belong
+// together.
+fn bend_of(first: u32, step: u32, order: u32) -> f32 {
+    let cells = params.cells;
+    let a = landings[(first * cells.nodes + cells.nodes / 2u) * cells.orders + order];
+    let b = landings[((first + step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
+    let c = landings[((first + 2u * step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
+    if !go_together(a, b) || !go_together(b, c) {
+        return 0.0;
+    }
+    let face = a.place & 0xffu;
+    return longest(map_texel(face, a.texel) - 2.0 * map_texel(face, b.texel) + map_texel(face, c.texel)) / 8.0;
+}
+
+fn bend_along(place: u32, step: u32, beside: u32, before: u32, behind: u32, order: u32) -> f32 {
+    var most = 0.0;
+    if before > 0u {
+        most = max(bend_of(place - step, step, order), bend_of(place + beside - step, step, order));
+    }
+    if behind > 0u {
+        most = max(most, max(bend_of(place, step, order), bend_of(place + beside, step, order)));
+    }
+    return most;
+}
+
+// How far the light between corners lies from the straight lines between their landings, as neighbouring corners tell.
+fn bend(emitted: Emitted, order: u32) -> vec2<f32> {
+    return vec2<f32>(
+        bend_along(emitted.place, 1u, emitted.row, emitted.before.x, emitted.behind.x, order),
+        bend_along(emitted.place, emitted.row, 1u, emitted.before.y, emitted.behind.y, order),
+    );
+}
+
+// What a cell is split along, sums of APART_*, and how much light is at stake.
+struct Split {
+    along: u32,
+    stake: u32,
+}
+
+fn split_of_cell(emitted: Emitted) -> Split {
+    let cell = emitted.cell;
+    var apart = TOGETHER;
+    var at_stake = 0u;
+    for (var order = 0u; order < params.cells.orders; order++) {
+        var part = stake(emitted, order);
+        if part < NEGLIGIBLE {
+            continue;
+        }
+        var own = belonging(emitted, order);
+        if own == TOGETHER {
+            gather(emitted, order, landing_of(emitted, 0u, 0u, order).place & 0xffu);
+            let extent = extent_of();
+            let bent = bend(emitted, order);
+            if max(extent.across, extent.down) <= MOST_TEXELS && extent.along <= MOST_ALONG {
+                part = u32(f32(part) * min(max(bent.x, bent.y), 1.0));
+            }
+            own = select(0u, APART_IN_X, extent.across > MOST_TEXELS || bent.x > MOST_BEND)
+                | select(0u, APART_IN_Y, extent.down > MOST_TEXELS || bent.y > MOST_BEND)
+                | select(0u, BANDS_APART, extent.along > MOST_ALONG);
+        }
+        if own != TOGETHER && part >= NEGLIGIBLE {
+            apart |= own;
+            at_stake = max(at_stake, part);
+        }
+    }
+    let in_space = APART_IN_X | APART_IN_Y;
+    if (apart & in_space) == 0u && hides_detail(emitted) {
+        apart |= in_space;
+        at_stake = max(at_stake, WHOLE >> (cell.level.x + cell.level.y));
+    }
+    // An edge along one side is worth more splits: they do not become more with every one.
+    let most = select(params.most_edge_level, params.most_level, (apart & in_space) == in_space);
+    let in_x = select(0u, APART_IN_X, (apart & APART_IN_X) != 0u && cell.level.x < most);
+    let in_y = select(0u, APART_IN_Y, (apart & APART_IN_Y) != 0u && cell.level.y < most);
+    let in_bands = select(0u, BANDS_APART, (apart & BANDS_APART) != 0u && cell.bins > LEAST_BINS);
+    return Split(select(in_bands, in_x | in_y, (in_x | in_y) != 0u), at_stake);
+}
+
+@compute @workgroup_size(64, 1, 1)
+fn footprint_split(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let i = CELLS * queue_row(group, params.cells.max_groups) + local;
+    let emitted = emitted_cell(i);
+    if !emitted.exists {
+        return;
+    }
+    let split = split_of_cell(emitted);
+    let class_ = class_of(split.stake);
+    atomicStore(&queues[params.cells.splits + i], select(split.along | (class_ << SPLIT_CLASS), 0u, split.along == TOGETHER));
+    if split.along != TOGETHER {
+        atomicAdd(&queues[params.cells.next + QUEUE_HEAD + class_], select(1u, 2u, split.along == BANDS_APART));
+    }
+}

@@ -1,0 +1,100 @@
+// The cells of the emission view or of a queue of patches. Host side: asm-core's `shared/footprint_cells.rs`.
+//
+// Expects the globals `params.cells`, `views` and `queues`.
+
+// Which cells a pass takes and what they are made of.
+struct FootprintCells {
+    emission_view: u32,
+    landing_view: u32,
+    map_view: u32,     // first of the map's, one per landing view
+    nodes: u32,
+    orders: u32,
+    materials: u32,    // row length of `optics`; rows of `bands` have one more, the light itself
+    first_optics: u32, // row of this light
+    bins: u32,         // of the whole spectrum
+    queue: u32,        // first word in `queues`; NO_QUEUE: cells lie between the texel centres of the emission view
+    first_place: u32,  // of the queued patches
+    splits: u32,       // first word of what the cells are split into, in `queues`
+    next: u32,         // first word of the queue that splits go to; NO_QUEUE: none are made
+    capacity: u32,     // of that queue, patches
+    max_groups: u32,   // of the device, per dimension
+    reserved0: u32,
+    reserved1: u32,
+}
+
+const NO_QUEUE: u32 = 0xffffffffu;
+
+const CELLS: u32 = 64u; // per workgroup
+
+// A cell and its first corner.
+struct Emitted {
+    exists: bool,
+    cell: FootprintCell,
+    place: u32,        // of the cell's first corner
+    row: u32,          // from its upper to its lower corners, places
+    before: vec2<u32>, // corners before the first in x and y, in one row of places with it
+    behind: vec2<u32>, // corners behind the last
+}
+
+// How paths of a cell go apart: sums of these.
+const TOGETHER: u32 = 0u;
+const APART_IN_X: u32 = 1u;  // corners to the left and to the right
+const APART_IN_Y: u32 = 2u;  // above and below
+const BANDS_APART: u32 = 4u; // wavelengths
+
+// Word of a cell's split: sums of APART_* that it is split along, and its class of urgency from this bit on; 0 is not to be split.
+const SPLIT_CLASS: u32 = 8u;
+
+fn queued_patch(slot: u32) -> Patch {
+    let word = params.cells.queue + PATCHES_HEAD + PATCH_WORDS * slot;
+    return patch_from_words(vec3<u32>(atomicLoad(&queues[word]), atomicLoad(&queues[word + 1u]), atomicLoad(&queues[word + 2u])));
+}
+
+// Cell `i` of the emission view, or of all that the patches of the queue may have.
+fn emitted_cell(i: u32) -> Emitted {
+    let cells = params.cells;
+    let none = FootprintCell(vec2<u32>(0u), vec2<u32>(0u), 0u, cells.bins);
+    if cells.queue == NO_QUEUE {
+        let size = views[cells.emission_view].size;
+        let at = vec2<u32>(i % (size.x - 1u), i / (size.x - 1u));
+        let cell = FootprintCell(at, vec2<u32>(0u), 0u, cells.bins);
+        return Emitted(at.y < size.y - 1u, cell, at.y * size.x + at.x, size.x, at, size - 2u - at);
+    }
+    let slot = i / PATCH_CELLS;
+    let child = i % PATCH_CELLS;
+    if slot < atomicLoad(&queues[cells.queue + QUEUE_COUNT]) {
+        let patch_ = queued_patch(slot);
+        if child < patch_.parts.x * patch_.parts.y {
+            let inner = vec2<u32>(child % patch_.parts.x, child / patch_.parts.x);
+            let place = cells.first_place + PATCH_PLACES * slot + inner.x + PATCH_ROW * inner.y;
+            return Emitted(true, patch_cell(patch_, inner), place, PATCH_ROW, inner, patch_.parts - 1u - inner);
+        }
+    }
+    return Emitted(false, none, 0u, 0u, vec2<u32>(0u), vec2<u32>(0u));
+}
+
+// No class below this one goes into the next queue: all from it on together do.
+fn least_class() -> u32 {
+    var patches = 0u;
+    for (var above = 0u; above < CLASSES; above++) {
+        patches += atomicLoad(&queues[params.cells.next + QUEUE_HEAD + CLASSES - 1u - above]);
+        if patches > params.cells.capacity {
+            return CLASSES - above;
+        }
+    }
+    return 0u;
+}
+
+// What cell `i` is split along in the next round, sums of APART_*: those of the most urgent classes that the queue holds together are.
+// Which those are hangs on numbers of patches alone, not on their order.
+fn split_of(i: u32) -> u32 {
+    if params.cells.next == NO_QUEUE {
+        return TOGETHER;
+    }
+    let word = atomicLoad(&queues[params.cells.splits + i]);
+    let along = word & (APART_IN_X | APART_IN_Y | BANDS_APART);
+    if along != TOGETHER && (word >> SPLIT_CLASS) >= least_class() {
+        return along;
+    }
+    return TOGETHER;
+}

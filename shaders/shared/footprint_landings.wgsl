@@ -1,0 +1,108 @@
+// Where the paths of a cell land. Host side: asm-core's `shared/footprint_landings.rs`.
+//
+// Expects the globals `params.cells`, `landings`, `views` and `optics`.
+
+fn path_of(emitted: Emitted, corner: u32, node: u32) -> u32 {
+    return (emitted.place + (corner & 1u) + emitted.row * (corner >> 1u)) * params.cells.nodes + node;
+}
+
+fn landing_of(emitted: Emitted, corner: u32, node: u32, order: u32) -> PathLanding {
+    return landings[path_of(emitted, corner, node) * params.cells.orders + order];
+}
+
+fn belonging(emitted: Emitted, order: u32) -> u32 {
+    let first = landing_of(emitted, 0u, 0u, order);
+    var apart = TOGETHER;
+    for (var node = 0u; node < params.cells.nodes; node++) {
+        let upper_left = landing_of(emitted, 0u, node, order);
+        let upper_right = landing_of(emitted, 1u, node, order);
+        let lower_left = landing_of(emitted, 2u, node, order);
+        let lower_right = landing_of(emitted, 3u, node, order);
+        apart |= select(APART_IN_X, 0u, go_together(upper_left, upper_right) && go_together(lower_left, lower_right));
+        apart |= select(APART_IN_Y, 0u, go_together(upper_left, lower_left) && go_together(upper_right, lower_right));
+        apart |= select(BANDS_APART, 0u, go_together(first, upper_left));
+    }
+    return apart;
+}
+
+// A place of the landing view on the map.
+fn map_texel(face: u32, texel: vec2<f32>) -> vec2<f32> {
+    let shown = views[params.cells.map_view + face];
+    let slope = view_slope(views[params.cells.landing_view + face], texel);
+    let offset = (slope - shown.slope_center) / shown.texel_slope;
+    return 0.5 * vec2<f32>(shown.size) + vec2<f32>(offset.x, -offset.y);
+}
+
+const MOST_NODES: u32 = 4u;
+
+// Where a cell lands, of one order: by corner and node.
+var<private> places: array<vec2<f32>, 16>; // texels of the map
+var<private> parts: array<f32, 16>;
+var<private> lengths: array<f32, 16>;
+var<private> nodes_at: vec4<f32>; // see `abscissa`
+
+fn index_at(bin: f32, material: u32) -> f32 {
+    let lower = min(u32(bin), params.cells.bins - 1u);
+    let row = (params.cells.first_optics + lower) * params.cells.materials + material;
+    return mix(optics[row].index, optics[row + params.cells.materials].index, bin - f32(lower));
+}
+
+// What landings are interpolated along from one wavelength to another, 0 to 1 within a range: the index of refraction, on which they
+// depend nearly linearly whatever the glass; without dispersion place in the spectrum.
+fn abscissa(cell: FootprintCell, material: u32, bin: f32) -> f32 {
+    let start = index_at(f32(cell.first), material);
+    let span = index_at(f32(cell.first + cell.bins), material) - start;
+    if abs(span) < 1e-6 {
+        return (bin - f32(cell.first)) / f32(cell.bins);
+    }
+    return (index_at(bin, material) - start) / span;
+}
+
+fn gather(emitted: Emitted, order: u32, face: u32) {
+    let medium = landing_of(emitted, 0u, 0u, order).medium;
+    for (var node = 0u; node < params.cells.nodes; node++) {
+        nodes_at[node] = abscissa(emitted.cell, medium, f32(node_bin(params.cells.nodes, node, emitted.cell)));
+    }
+    for (var path = 0u; path < 4u * params.cells.nodes; path++) {
+        let corner = path / params.cells.nodes;
+        let node = path % params.cells.nodes;
+        let landing = landing_of(emitted, corner, node, order);
+        places[corner * MOST_NODES + node] = map_texel(face, landing.texel);
+        parts[corner * MOST_NODES + node] = f32(landing.part) / 2147483648.0;
+        lengths[corner * MOST_NODES + node] = landing.length;
+    }
+}
+
+fn longest(d: vec2<f32>) -> f32 {
+    return max(abs(d.x), abs(d.y));
+}
+
+fn place_at(corner: u32, x: f32) -> vec2<f32> {
+    let w = node_weights(params.cells.nodes, nodes_at, x);
+    let first = corner * MOST_NODES;
+    return w.x * places[first] + w.y * places[first + 1u] + w.z * places[first + 2u] + w.w * places[first + 3u];
+}
+
+// Texels from one end of a cell to the other, and from one end of its range to the other.
+struct Extent {
+    across: f32,
+    down: f32,
+    along: f32,
+}
+
+fn extent_of() -> Extent {
+    var extent = Extent(0.0, 0.0, 0.0);
+    for (var node = 0u; node < params.cells.nodes; node++) {
+        let upper = longest(places[MOST_NODES + node] - places[node]);
+        let lower = longest(places[3u * MOST_NODES + node] - places[2u * MOST_NODES + node]);
+        let left = longest(places[2u * MOST_NODES + node] - places[node]);
+        let right = longest(places[3u * MOST_NODES + node] - places[MOST_NODES + node]);
+        extent.across = max(extent.across, max(upper, lower));
+        extent.down = max(extent.down, max(left, right));
+    }
+    for (var corner = 0u; corner < 4u; corner++) {
+        let middle = place_at(corner, 0.5);
+        extent.along = max(extent.along, longest(place_at(corner, 0.0) - middle) + longest(place_at(corner, 1.0) - middle));
+    }
+    return extent;
+}
