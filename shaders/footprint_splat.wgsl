@@ -254,6 +254,7 @@ fn lay_wide(emitted: Emitted, cell_flux: u32, first: PathLanding) {
                     let before = weight_before(bin_at(cell, first.medium, middle_x + start * (to_x - from_x)), lit);
                     let until = weight_before(bin_at(cell, first.medium, middle_x + end * (to_x - from_x)), lit);
                     let flux = per_texel * passed * (until - before) / 2147483648.0;
+                    deposits += 1u;
                     let texel = u32((i32(face) * size.y + y) * size.x + x);
                     add_64(6u * texel, u32(max(flux.x, 0.0) + 0.5));
                     add_64(6u * texel + 2u, u32(max(flux.y, 0.0) + 0.5));
@@ -283,6 +284,7 @@ fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
     }
     let across = steps.across;
     let down = steps.down;
+    deposits += across * down * steps.bands;
     let bins = cell.bins / steps.bands;
     for (var band = 0u; band < steps.bands; band++) {
         let bin = cell.first + band * bins;
@@ -343,6 +345,7 @@ fn lay_points(emitted: Emitted, cell_flux: u32, order: u32) {
         let node = path % params.cells.nodes;
         let landing = landing_of(emitted, corner, node, order);
         if landing.end == END_LANDED {
+            deposits += 1u;
             let face = landing.place & 0xffu;
             let passed = flux_part((cell_flux + corner) / 4u, landing.part);
             let flux = flux_part(passed, absorbed_by_medium(landing, node_bin(params.cells.nodes, node, emitted.cell)));
@@ -358,6 +361,10 @@ fn lay_points(emitted: Emitted, cell_flux: u32, order: u32) {
 const LEDGER_SUMS: u32 = 180u; // MOST_NODES * LEDGER_ROWS * LEDGER_WORDS
 
 var<workgroup> sums: array<atomic<u32>, LEDGER_SUMS>;
+var<workgroup> work: array<atomic<u32>, WORK_COUNTS>;
+
+// Of this cell.
+var<private> deposits: u32;
 
 fn book(node: u32, row: u32, flux: u32, corner: u32) {
     if flux == 0u {
@@ -430,10 +437,15 @@ fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
     for (var i = local; i < LEDGER_SUMS; i += CELLS) {
         atomicStore(&sums[i], 0u);
     }
+    if local < WORK_COUNTS {
+        atomicStore(&work[local], 0u);
+    }
     workgroupBarrier();
     let i = CELLS * queue_row(group, params.cells.max_groups) + local;
     let emitted = emitted_cell(i);
+    atomicAdd(&work[WORK_CORNERS], emitted.traced);
     if emitted.exists && split_of(i) == TOGETHER {
+        deposits = 0u;
         let flux = flux_of_cell(emitted.cell);
         keep_books(emitted, flux);
         for (var order = 0u; order < params.cells.orders; order++) {
@@ -443,8 +455,18 @@ fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
                 lay_footprint(emitted, flux, order);
             }
         }
+        atomicAdd(&work[WORK_CELLS], 1u);
+        atomicAdd(&work[WORK_BINS], emitted.cell.bins);
+        atomicAdd(&work[WORK_DEPOSITS], deposits);
     }
     workgroupBarrier();
+    if local < WORK_COUNTS {
+        let count = atomicLoad(&work[local]);
+        let before = atomicAdd(&queues[2u * local], count);
+        if before + count < before {
+            atomicAdd(&queues[2u * local + 1u], 1u);
+        }
+    }
     for (var word = local; word < LEDGER_SUMS; word += CELLS) {
         let value = atomicLoad(&sums[word]);
         let kind = word % LEDGER_WORDS;

@@ -122,6 +122,11 @@ fn patch_cell(patch_: Patch, inner: vec2<u32>) -> FootprintCell {
     return FootprintCell(patch_.parts * cell.at + inner, cell.level + patch_.parts - 1u, cell.first, cell.bins);
 }
 
+fn patch_new_corners(patch_: Patch) -> u32 {
+    let cells = patch_.parts.x * patch_.parts.y;
+    return select(select(PATCH_NEW, 2u, cells == 2u), 4u, cells == 1u);
+}
+
 // The corners that are traced for it; beyond its own where there are fewer.
 fn patch_new_corner(patch_: Patch, i: u32) -> vec2<u32> {
     if patch_.parts.x == 1u && patch_.parts.y == 1u {

@@ -31,6 +31,7 @@ struct Emitted {
     exists: bool,
     cell: FootprintCell,
     place: u32,        // of the cell's first corner
+    traced: u32,       // corners that were traced for its patch, at the first cell of it
     row: u32,          // from its upper to its lower corners, places
     before: vec2<u32>, // corners before the first in x and y, in one row of places with it
     behind: vec2<u32>, // corners behind the last
@@ -41,6 +42,13 @@ const TOGETHER: u32 = 0u;
 const APART_IN_X: u32 = 1u;  // corners to the left and to the right
 const APART_IN_Y: u32 = 2u;  // above and below
 const BANDS_APART: u32 = 4u; // wavelengths
+
+// Counts of what was done stand at the start of the queues, low and high word each.
+const WORK_CORNERS: u32 = 0u;  // traced
+const WORK_DEPOSITS: u32 = 1u; // tents put down, and texels that gathered light
+const WORK_CELLS: u32 = 2u;    // laid down
+const WORK_BINS: u32 = 3u;     // of these cells
+const WORK_COUNTS: u32 = 4u;
 
 // Word of a cell's split: sums of APART_* that it is split along, and its class of urgency from this bit on; 0 is not to be split.
 const SPLIT_CLASS: u32 = 8u;
@@ -58,7 +66,7 @@ fn emitted_cell(i: u32) -> Emitted {
         let size = views[cells.emission_view].size;
         let at = vec2<u32>(i % (size.x - 1u), i / (size.x - 1u));
         let cell = FootprintCell(at, vec2<u32>(0u), 0u, cells.bins);
-        return Emitted(at.y < size.y - 1u, cell, at.y * size.x + at.x, size.x, at, size - 2u - at);
+        return Emitted(at.y < size.y - 1u, cell, at.y * size.x + at.x, 1u, size.x, at, size - 2u - at);
     }
     let slot = i / PATCH_CELLS;
     let child = i % PATCH_CELLS;
@@ -67,10 +75,11 @@ fn emitted_cell(i: u32) -> Emitted {
         if child < patch_.parts.x * patch_.parts.y {
             let inner = vec2<u32>(child % patch_.parts.x, child / patch_.parts.x);
             let place = cells.first_place + PATCH_PLACES * slot + inner.x + PATCH_ROW * inner.y;
-            return Emitted(true, patch_cell(patch_, inner), place, PATCH_ROW, inner, patch_.parts - 1u - inner);
+            let traced = select(0u, patch_new_corners(patch_), child == 0u);
+            return Emitted(true, patch_cell(patch_, inner), place, traced, PATCH_ROW, inner, patch_.parts - 1u - inner);
         }
     }
-    return Emitted(false, none, 0u, 0u, vec2<u32>(0u), vec2<u32>(0u));
+    return Emitted(false, none, 0u, 0u, 0u, vec2<u32>(0u), vec2<u32>(0u));
 }
 
 // No class below this one goes into the next queue: all from it on together do.

@@ -32,7 +32,7 @@ use crate::shared::optics::Optics;
 use crate::shared::photons::Band;
 use crate::shared::triangle::Triangle;
 use crate::shared::view::View;
-use crate::statistics::Books;
+use crate::statistics::{Books, LightBooks};
 use crate::{Emission, Method, PlanError, Refraction, Settings, Splat, WorkingSpace};
 
 /// What a pass that shades with a light binds.
@@ -206,17 +206,19 @@ impl<'a> Caustics<'a> {
 
     /// What the host needs to read the ledger.
     pub(crate) fn books(&self) -> Books {
-        let setups = self.setups.iter().filter(|s| s.caustic);
+        let setups = self.setups.iter().enumerate().filter(|(_, s)| s.caustic);
         let refinement = self.refinement.as_deref();
         let wavelengths = self.wavelengths();
-        let light = |setup: &LightSetup| {
-            setup.books(&self.space, &self.view(setup.views.start), refinement, wavelengths)
+        let light = |(i, setup): (usize, &LightSetup)| LightBooks {
+            footprints: self.footprints.as_ref().map(|f| f.books(i, setup, self.settings)),
+            ..setup.books(&self.space, &self.view(setup.views.start), refinement, wavelengths)
         };
         Books {
             ledger: self.ledger,
             queue_heads: refinement.map(|r| r.heads),
             gap_energy: self.gaps.as_ref().map(|g| g.energy),
             view_counts: None,
+            footprint_work: self.footprints.as_ref().map(|f| f.work),
             lights: setups.map(light).collect(),
         }
     }

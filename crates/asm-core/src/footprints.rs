@@ -9,7 +9,8 @@ use crate::caustics::Caustics;
 use crate::geometry::Geometry;
 use crate::lights::{LightSetup, texel_extent};
 use crate::passes::footprint_queue::FootprintQueue;
-use crate::passes::footprint_splat::FootprintSplat;
+use crate::footprint_work::{FootprintWork, WorkBooks};
+use crate::passes::footprint_splat::{FootprintSplat, MOST_STEPS};
 use crate::passes::footprint_split::FootprintSplit;
 use crate::passes::map_resolve::MapResolve;
 use crate::passes::path_trace::{CORNERS_PER_GROUP, PathTrace};
@@ -17,9 +18,9 @@ use crate::resources::Resources;
 use crate::shared::emission::{PATH_REFLECTED, PATH_REFRACTED};
 use crate::shared::flux::QUANTUM;
 use crate::shared::footprint::{
-    PATCH_CELLS, PATCH_PLACES, PATCH_ROW, PATCH_WORDS, PATCHES_HEAD, PathEnds, PathLanding,
+    LEAST_BINS, PATCH_CELLS, PATCH_PLACES, PATCH_ROW, PATCH_WORDS, PATCHES_HEAD, PathEnds, PathLanding,
 };
-use crate::shared::footprint_cells::{CELLS_PER_GROUP, FootprintCells, NO_QUEUE};
+use crate::shared::footprint_cells::{CELLS_PER_GROUP, FootprintCells, NO_QUEUE, WORK_WORDS};
 use crate::shared::light_path::MOST_ASIDES;
 use crate::shared::photon_queue::{QUEUE_GROUPS, queue_groups};
 use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS};
@@ -28,6 +29,9 @@ use crate::{Method, PlanError, Settings};
 
 /// Bytes of the arguments of an indirect dispatch.
 const ARGUMENTS_BYTES: u64 = 12;
+
+/// Bytes of what was done for one path of light.
+const WORK_ROW_BYTES: u64 = 4 * WORK_WORDS as u64;
 
 /// Splits across an edge along a side of a cell, beyond those of cells in general.
 const MORE_EDGE_SPLITS: u32 = 6;
@@ -44,6 +48,8 @@ pub(crate) struct Footprints {
     arguments: ResourceId,
     landings: ResourceId,
     ends: ResourceId,
+    /// What was done: light x path.
+    pub(crate) work: ResourceId,
     /// Patches of a queue.
     capacity: u32,
     /// Places of the emission view.
@@ -78,7 +84,8 @@ impl Footprints {
         // A round needs its own corners and its parents'.
         let places = u64::from(texels) + 2 * u64::from(PATCH_PLACES) * u64::from(capacity);
         let paths = places * nodes;
-        let words = u64::from(rounds) * queue_words(capacity) + u64::from(texels.max(PATCH_CELLS * capacity));
+        let splits = u64::from(texels.max(PATCH_CELLS * capacity));
+        let words = WORK_WORDS as u64 + u64::from(rounds) * queue_words(capacity) + splits;
         let remedy = "emission_size";
         Ok(Some(Self {
             bvh: resources.filled("bvh", &bvh::build(&geometry.triangles)?)?,
@@ -94,6 +101,7 @@ impl Footprints {
                 remedy,
             )?,
             ends: resources.buffer("path ends", size_of::<PathEnds>() as u64 * paths, remedy)?,
+            work: resources.buffer("footprint work", WORK_ROW_BYTES * 2 * setups.len() as u64, "lights")?,
             capacity,
             texels,
             rounds,
@@ -102,9 +110,28 @@ impl Footprints {
         }))
     }
 
+    /// What the host needs to read the work of light `i`.
+    pub(crate) fn books(&self, i: usize, setup: &LightSetup, settings: &Settings) -> WorkBooks {
+        let (nodes, bins) = (setup.bands.wavelengths_nm.len() as u32, setup.bands.bins());
+        let ranges = (bins / LEAST_BINS).max(1);
+        let uniform_cells = u64::from(settings.emission_size << settings.cell_splits).pow(2) * u64::from(ranges);
+        let uniform = FootprintWork {
+            uniform_rays: uniform_cells * u64::from(nodes),
+            uniform_wavelengths_per_cell: f64::from(nodes * ranges),
+            uniform_deposits: uniform_cells * u64::from(self.orders) * MOST_STEPS as u64,
+            ..FootprintWork::default()
+        };
+        WorkBooks { first_row: 2 * i as u32, rows: 2, nodes, bins, uniform }
+    }
+
     /// First word of a round's queue; none behind the last.
     fn queue(&self, round: u32) -> u32 {
-        if round < self.rounds { round * queue_words(self.capacity) as u32 } else { NO_QUEUE }
+        if round < self.rounds { self.words_before(round) } else { NO_QUEUE }
+    }
+
+    /// Words of `queues` before those of a round, or before what cells are split into.
+    fn words_before(&self, round: u32) -> u32 {
+        WORK_WORDS as u32 + round * queue_words(self.capacity) as u32
     }
 
     /// First place of a round's patches: their parents' are still there.
@@ -196,7 +223,7 @@ impl Caustics<'_> {
             bins: setup.bands.bins(),
             queue: NO_QUEUE,
             first_place: 0,
-            splits: footprints.rounds * queue_words(footprints.capacity) as u32,
+            splits: footprints.words_before(footprints.rounds),
             next: footprints.queue(0),
             capacity: footprints.capacity,
             max_groups: self.resources.max_groups(),
@@ -247,6 +274,7 @@ impl Caustics<'_> {
         if refracted {
             let fitted = (map_view != landing_view).then_some(self.landing_bounds).flatten();
             self.lay_path(footprints, label, over, resolve, self.shared.landing, fitted)?;
+            self.keep_work(footprints, 2 * i);
         }
         if reflecting != 0 {
             let trace = PathTrace {
@@ -275,6 +303,7 @@ impl Caustics<'_> {
             let resolve = MapResolve { view: landing_view, first_texel: first_reflected, ..resolve };
             let label = format!("{label}, reflected");
             self.lay_path(footprints, &label, over, resolve, reflected_landing, None)?;
+            self.keep_work(footprints, 2 * i + 1);
         }
         Ok(())
     }
@@ -355,6 +384,17 @@ impl Caustics<'_> {
         self.split_cells(footprints, label, over, bindings);
         self.dispatch("map_resolve", label, &resolve, resolve_bindings.to_vec(), resolve_groups);
         Ok(())
+    }
+
+    /// The queues' counts of what was done are the next path's before long.
+    fn keep_work(&mut self, footprints: &Footprints, row: usize) {
+        self.resources.plan.steps.push(Step::CopyBuffer {
+            source: footprints.queues,
+            source_offset_bytes: 0,
+            target: footprints.work,
+            target_offset_bytes: WORK_ROW_BYTES * row as u64,
+            size_bytes: WORK_ROW_BYTES,
+        });
     }
 
     /// Rounds over the queues of patches.

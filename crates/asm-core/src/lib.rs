@@ -18,6 +18,7 @@ mod emission;
 mod error;
 mod faces;
 mod flicker;
+mod footprint_work;
 mod footprints;
 mod gaps;
 mod geometry;
@@ -42,6 +43,7 @@ mod view_fit;
 
 pub use bake::{BakePlan, bake_plan};
 pub use error::PlanError;
+pub use footprint_work::FootprintWork;
 pub use flicker::{Flicker, FlickerMeter};
 pub use passes::PASSES;
 pub use planner::Planner;

@@ -144,6 +144,7 @@ impl LightSetup {
             levels: refinement.map_or(0, |r| r.levels()),
             coarsest_cells: refinement.map_or(0, |r| r.coarsest_cells()),
             lumens_per_map_unit: self.gaps.then_some(self.bands.largest * extent),
+            footprints: None,
         }
     }
 }

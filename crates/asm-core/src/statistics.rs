@@ -3,6 +3,7 @@
 use frame_plan::{DeviceInfo, ExecuteError, Executor, ResourceId, StepTime};
 use serde::{Deserialize, Serialize};
 
+use crate::footprint_work::{FootprintWork, WorkBooks};
 use crate::passes::deferred_refraction::end_counts;
 use crate::passes::gap_fill::{ENERGY_ROWS, ENERGY_WORDS};
 use crate::shared::ledger::*;
@@ -125,6 +126,8 @@ pub struct LightStatistics {
     pub levels: Vec<LevelCount>,
     /// What gap filling did to the map, if it was filled.
     pub gap_filling: Option<GapEnergy>,
+    /// What footprints took, of the method that lays them.
+    pub footprints: Option<FootprintWork>,
 }
 
 /// Light of a map before and after gap filling; in pictures that is what surfaces reflect.
@@ -199,6 +202,7 @@ pub(crate) struct LightBooks {
     pub(crate) coarsest_cells: u32,
     /// Lumens per unit of the map; none where gaps are not filled.
     pub(crate) lumens_per_map_unit: Option<f64>,
+    pub(crate) footprints: Option<WorkBooks>,
 }
 
 impl LightBooks {
@@ -246,6 +250,8 @@ pub(crate) struct Books {
     pub(crate) gap_energy: Option<ResourceId>,
     /// Counts of deferred refraction.
     pub(crate) view_counts: Option<ResourceId>,
+    /// What footprints took: light x path.
+    pub(crate) footprint_work: Option<ResourceId>,
     pub(crate) lights: Vec<LightBooks>,
 }
 
@@ -255,8 +261,8 @@ fn words(bytes: &[u8]) -> Vec<u32> {
 
 impl Books {
     /// The buffers that a frame keeps the books in.
-    fn buffers(&self) -> [Option<ResourceId>; 4] {
-        [self.ledger, self.queue_heads, self.gap_energy, self.view_counts]
+    fn buffers(&self) -> [Option<ResourceId>; 5] {
+        [self.ledger, self.queue_heads, self.gap_energy, self.view_counts, self.footprint_work]
     }
 
     /// Have the books come to the host after every frame, for [`Books::latest`].
@@ -267,7 +273,7 @@ impl Books {
 
     /// Of the last frame; waits for it.
     pub(crate) fn read(&self, executor: &mut dyn Executor) -> Result<Statistics, ExecuteError> {
-        let mut contents: [Vec<u32>; 4] = Default::default();
+        let mut contents: [Vec<u32>; 5] = Default::default();
         for (words_of, buffer) in contents.iter_mut().zip(self.buffers()) {
             if let Some(buffer) = buffer {
                 *words_of = words(&executor.read(buffer)?);
@@ -278,7 +284,7 @@ impl Books {
 
     /// Of the last frame that is known to have finished; none if there is none yet. Never waits.
     pub(crate) fn latest(&self, executor: &mut dyn Executor) -> Option<Statistics> {
-        let mut contents: [Vec<u32>; 4] = Default::default();
+        let mut contents: [Vec<u32>; 5] = Default::default();
         for (words_of, buffer) in contents.iter_mut().zip(self.buffers()) {
             if let Some(buffer) = buffer {
                 *words_of = words(executor.latest(buffer)?);
@@ -288,8 +294,8 @@ impl Books {
     }
 
     /// From the words of [`Books::buffers`].
-    fn statistics(&self, contents: &[Vec<u32>; 4], executor: &mut dyn Executor) -> Statistics {
-        let [ledger, queue_heads, gap_energy, view_counts] = contents;
+    fn statistics(&self, contents: &[Vec<u32>; 5], executor: &mut dyn Executor) -> Statistics {
+        let [ledger, queue_heads, gap_energy, view_counts, footprint_work] = contents;
         let (mut first_head, mut first_row) = (0, 0);
         let lights: Vec<LightStatistics> = self
             .lights
@@ -310,6 +316,7 @@ impl Books {
                     first_row += ENERGY_ROWS * usize::from(light.lumens_per_map_unit.is_some());
                     light.gap_energy(&gap_energy[ENERGY_WORDS * row..])
                 },
+                footprints: light.footprints.map(|books| books.read(footprint_work)),
             })
             .collect();
         let photons = lights

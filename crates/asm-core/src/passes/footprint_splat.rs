@@ -117,7 +117,7 @@ pub struct Inputs<'a> {
 const STEP_TEXELS: f32 = 0.25;
 
 /// A cell's light is laid down in about so many steps at most: beyond, they are longer.
-const MOST_STEPS: f32 = 128.0;
+pub const MOST_STEPS: f32 = 128.0;
 
 /// Fewer where it has less light, down to these.
 const LEAST_STEPS: f32 = 4.0;
@@ -207,12 +207,18 @@ pub fn footprint_splat(inputs: &Inputs<'_>, map: &[AtomicU32], ledger: &[AtomicU
     let cells = inputs.landings.count();
     (0..cells.div_ceil(CELLS_PER_GROUP)).into_par_iter().for_each(|group| {
         let mut sums: Sums = [[(0, 0); LEDGER_ROWS]; MOST_NODES];
+        let mut work = [0; WORK_COUNTS];
         for i in group * CELLS_PER_GROUP..cells.min((group + 1) * CELLS_PER_GROUP) {
-            if let Some(emitted) = inputs.landings.emitted(i)
-                && inputs.landings.split(i) == TOGETHER
-            {
-                inputs.lay(&emitted, map, &mut sums);
+            let Some(emitted) = inputs.landings.emitted(i) else { continue };
+            work[WORK_CORNERS] += u64::from(emitted.traced);
+            if inputs.landings.split(i) == TOGETHER {
+                work[WORK_CELLS] += 1;
+                work[WORK_BINS] += u64::from(emitted.cell.bins);
+                work[WORK_DEPOSITS] += inputs.lay(&emitted, map, &mut sums);
             }
+        }
+        for (words, count) in inputs.landings.queues.chunks_exact(2).zip(work) {
+            add_64(words, count);
         }
         for (node, rows) in sums.iter().enumerate().take(params.cells.nodes as usize) {
             for (row, &(flux, cells)) in rows.iter().enumerate() {
@@ -294,16 +300,19 @@ impl Inputs<'_> {
         self.landings.optics[(row * params.cells.materials + material) as usize].absorption
     }
 
-    fn lay(&self, emitted: &Emitted, map: &[AtomicU32], sums: &mut Sums) {
+    /// Number of deposits.
+    fn lay(&self, emitted: &Emitted, map: &[AtomicU32], sums: &mut Sums) -> u64 {
         let flux = self.cell_flux(&emitted.cell);
         self.keep_books(emitted, flux, sums);
+        let mut deposits = 0;
         for order in 0..self.params.cells.orders {
             if self.landings.belonging(emitted, order) != TOGETHER {
-                self.lay_points(emitted, flux, order, map);
+                deposits += self.lay_points(emitted, flux, order, map);
             } else if self.landings.landing(emitted, 0, 0, order).end == END_LANDED {
-                self.lay_footprint(emitted, flux, order, map);
+                deposits += self.lay_footprint(emitted, flux, order, map);
             }
         }
+        deposits
     }
 
     fn put_down(&self, face: u32, middle: Vec2, width: Vec2, channel: usize, flux: u32, map: &[AtomicU32]) {
@@ -312,7 +321,7 @@ impl Inputs<'_> {
     }
 
     /// All paths belong together: light between them lies between their landings.
-    fn lay_footprint(&self, emitted: &Emitted, cell_flux: u32, order: u32, map: &[AtomicU32]) {
+    fn lay_footprint(&self, emitted: &Emitted, cell_flux: u32, order: u32, map: &[AtomicU32]) -> u64 {
         let first = self.landings.landing(emitted, 0, 0, order);
         let (face, lit, medium) = (first.place & 0xff, first.place >> 8, first.medium);
         let cell = &emitted.cell;
@@ -363,6 +372,7 @@ impl Inputs<'_> {
                 }
             }
         }
+        u64::from(across * down * steps.bands)
     }
 
     /// The place in the spectrum, as a bin, of an abscissa of a cell's range: two steps of Newton's, since the index is nearly
@@ -403,10 +413,11 @@ impl Inputs<'_> {
         cell_flux: u32,
         first: &PathLanding,
         map: &[AtomicU32],
-    ) {
+    ) -> u64 {
         let (face, lit, medium) = (first.place & 0xff, first.place >> 8, first.medium);
         let cell = &emitted.cell;
         let size = self.landings.views[(self.params.cells.map_view + face) as usize].size.as_ivec2();
+        let mut deposits = 0;
         let pieces = if spread.nodes == 1 { 1 } else { PIECES };
         for piece in 0..pieces {
             let [from_x, middle_x, to_x] =
@@ -450,6 +461,7 @@ impl Inputs<'_> {
                         });
                         let flux =
                             per_texel * passed.clamp(Vec3::ZERO, Vec3::ONE) * (end - start) / WHOLE as f32;
+                        deposits += 1;
                         let texel = (face as i32 * size.y + y) * size.x + x;
                         for (c, flux) in flux.to_array().into_iter().enumerate() {
                             let word = 2 * (3 * texel as usize + c);
@@ -459,6 +471,7 @@ impl Inputs<'_> {
                 }
             }
         }
+        deposits
     }
 
     fn absorbed_by_medium(&self, landing: &PathLanding, bin: u32) -> u32 {
@@ -471,10 +484,12 @@ impl Inputs<'_> {
     }
 
     /// Paths go apart, and the cell is not split further: every path is put down where it lands.
-    fn lay_points(&self, emitted: &Emitted, cell_flux: u32, order: u32, map: &[AtomicU32]) {
+    fn lay_points(&self, emitted: &Emitted, cell_flux: u32, order: u32, map: &[AtomicU32]) -> u64 {
+        let mut deposits = 0;
         for (corner, node) in self.landings.paths() {
             let landing = self.landings.landing(emitted, corner, node, order);
             if landing.end == END_LANDED {
+                deposits += 1;
                 let face = landing.place & 0xff;
                 let passed = flux_part((cell_flux + corner) / 4, landing.part);
                 let bin = node_bin(self.params.cells.nodes, node, &emitted.cell);
@@ -487,6 +502,7 @@ impl Inputs<'_> {
                 }
             }
         }
+        deposits
     }
 
     /// What becomes of a cell's light; parts are taken off in turn, so that all of it is booked.

@@ -177,6 +177,15 @@ impl Patch {
         (x <= self.parts.x && y <= self.parts.y).then_some(UVec2::new(x, y))
     }
 
+    /// Number of them.
+    pub fn new_corners(&self) -> u32 {
+        match self.cells() {
+            1 => 4,
+            2 => 2,
+            _ => PATCH_NEW,
+        }
+    }
+
     /// Whether its outer corners are its parent's.
     pub fn has_parent(&self) -> bool {
         self.cells() > 1
@@ -245,7 +254,7 @@ mod tests {
         {
             let patch = Patch { cell, parts, parent: 0 };
             let mut corners: Vec<_> = (0..PATCH_NEW).filter_map(|i| patch.new_corner(i)).collect();
-            assert_eq!(corners.len(), new, "{parts}");
+            assert_eq!((corners.len(), patch.new_corners()), (new, new as u32), "{parts}");
             if patch.has_parent() {
                 corners.extend([UVec2::ZERO, parts * UVec2::X, parts * UVec2::Y, parts]);
             }

@@ -60,6 +60,8 @@ pub struct Emitted {
     pub cell: FootprintCell,
     /// Of the cell's first corner.
     pub place: u32,
+    /// Corners that were traced for its patch, at the first cell of it.
+    pub traced: u32,
     /// From its upper to its lower corners, places.
     pub row: u32,
     /// Corners before the first in x and y, in one row of places with it.
@@ -76,6 +78,19 @@ pub const APART_IN_X: u32 = 1;
 pub const APART_IN_Y: u32 = 2;
 /// Wavelengths.
 pub const BANDS_APART: u32 = 4;
+
+/// Counts of what was done stand at the start of the queues, low and high word each: corners traced.
+pub const WORK_CORNERS: usize = 0;
+/// Tents put down, and texels that gathered light.
+pub const WORK_DEPOSITS: usize = 1;
+/// Cells laid down.
+pub const WORK_CELLS: usize = 2;
+/// Bins of these cells.
+pub const WORK_BINS: usize = 3;
+/// Number of counts.
+pub const WORK_COUNTS: usize = 4;
+/// Words of them.
+pub const WORK_WORDS: usize = 2 * WORK_COUNTS;
 
 /// Word of a cell's split: sums of `APART_*` that it is split along, and its class of urgency from this bit on; 0 is not to be split.
 pub const SPLIT_CLASS: u32 = 8;
@@ -114,7 +129,7 @@ impl Cells<'_> {
             let at = UVec2::new(i % (size.x - 1), i / (size.x - 1));
             let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
             let place = at.y * size.x + at.x;
-            return Some(Emitted { cell, place, row: size.x, before: at, behind: size - 2 - at });
+            return Some(Emitted { cell, place, traced: 1, row: size.x, before: at, behind: size - 2 - at });
         }
         let (slot, child) = (i / PATCH_CELLS, i % PATCH_CELLS);
         let patch = queued_patch(self.queues, params.queue, slot);
@@ -125,6 +140,7 @@ impl Cells<'_> {
         Some(Emitted {
             cell: patch.cell(child),
             place: params.first_place + PATCH_PLACES * slot + inner.x + PATCH_ROW * inner.y,
+            traced: if child == 0 { patch.new_corners() } else { 0 },
             row: PATCH_ROW,
             before: inner,
             behind: patch.parts - 1 - inner,
