@@ -286,56 +286,63 @@ fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
     let down = steps.down;
     deposits += across * down * steps.bands;
     let bins = cell.bins / steps.bands;
-    for (var band = 0u; band < steps.bands; band++) {
-        let bin = cell.first + band * bins;
-        let start = running_band(bin, lit);
-        let end = running_band(bin + bins, lit);
-        let from_x = abscissa(cell, first.medium, f32(bin));
-        let to_x = abscissa(cell, first.medium, f32(bin + bins));
-        let centroid = centroids(bin, bins, lit);
-        let absorptions = absorptions_at(centroid, first.medium);
-        let centers = vec3<f32>(
-            abscissa(cell, first.medium, centroid.x),
-            abscissa(cell, first.medium, centroid.y),
-            abscissa(cell, first.medium, centroid.z),
-        );
-        var at: array<array<vec2<f32>, 4>, 3>; // by channel and corner
-        var passes: array<vec3<f32>, 4>;
-        var along = vec2<f32>(0.0);
-        for (var corner = 0u; corner < 4u; corner++) {
-            for (var c = 0u; c < 3u; c++) {
-                at[c][corner] = place_at(corner, centers[c]);
+    var start: RunningBand;
+    var end: RunningBand;
+    var at: array<array<vec2<f32>, 4>, 3>; // by channel and corner
+    var passes: array<vec3<f32>, 4>;
+    var along: vec2<f32>;
+    // One loop over bands and steps: where neighbours have other numbers of both, two would go round as often as their product.
+    for (var i = 0u; i < across * down * steps.bands; i++) {
+        let step = i % (across * down);
+        if step == 0u {
+            let bin = cell.first + i / (across * down) * bins;
+            start = running_band(bin, lit);
+            end = running_band(bin + bins, lit);
+            let from_x = abscissa(cell, first.medium, f32(bin));
+            let to_x = abscissa(cell, first.medium, f32(bin + bins));
+            let centroid = centroids(bin, bins, lit);
+            let absorptions = absorptions_at(centroid, first.medium);
+            let centers = vec3<f32>(
+                abscissa(cell, first.medium, centroid.x),
+                abscissa(cell, first.medium, centroid.y),
+                abscissa(cell, first.medium, centroid.z),
+            );
+            along = vec2<f32>(0.0);
+            for (var corner = 0u; corner < 4u; corner++) {
+                at[0][corner] = place_at(corner, centers.x);
+                at[1][corner] = place_at(corner, centers.y);
+                at[2][corner] = place_at(corner, centers.z);
+                along += 0.25 * (place_at(corner, to_x) - place_at(corner, from_x));
+                passes[corner] = passes_at(corner, centers.y, absorptions);
             }
-            along += 0.25 * (place_at(corner, to_x) - place_at(corner, from_x));
-            passes[corner] = passes_at(corner, centers.y, absorptions);
         }
-        for (var step = 0u; step < across * down; step++) {
-            let x = (f32(step % across) + 0.5) / f32(across);
-            let y = (f32(step / across) + 0.5) / f32(down);
-            let passed = mix(mix(passes[0], passes[1], x), mix(passes[2], passes[3], x), y);
-            let flux = (cell_flux + step) / (across * down);
-            for (var c = 0u; c < 3u; c++) {
-                let upper = mix(at[c][0], at[c][1], x);
-                let lower = mix(at[c][2], at[c][3], x);
-                let step_x = mix(at[c][1] - at[c][0], at[c][3] - at[c][2], y) / f32(across);
-                let step_y = (lower - upper) / f32(down);
-                let width = sqrt(step_x * step_x + step_y * step_y + along * along);
-                let passes_through = flux_part(flux, part_from(passed[c]));
-                put_down(face, mix(upper, lower, y), width, c, flux_part(passes_through, end.weight[c] - start.weight[c]));
-            }
+        let x = (f32(step % across) + 0.5) / f32(across);
+        let y = (f32(step / across) + 0.5) / f32(down);
+        let passed = mix(mix(passes[0], passes[1], x), mix(passes[2], passes[3], x), y);
+        let flux = (cell_flux + step) / (across * down);
+        for (var c = 0u; c < 3u; c++) {
+            let upper = mix(at[c][0], at[c][1], x);
+            let lower = mix(at[c][2], at[c][3], x);
+            let step_x = mix(at[c][1] - at[c][0], at[c][3] - at[c][2], y) / f32(across);
+            let step_y = (lower - upper) / f32(down);
+            let width = sqrt(step_x * step_x + step_y * step_y + along * along);
+            let passes_through = flux_part(flux, part_from(passed[c]));
+            put_down(face, mix(upper, lower, y), width, c, flux_part(passes_through, end.weight[c] - start.weight[c]));
         }
     }
 }
 
-fn absorbed_by_medium(landing: PathLanding, bin: u32) -> u32 {
-    return part_from(exp(-absorption_at(bin, landing.medium) * landing.length));
+// Bins of a node where nothing can be interpolated.
+fn share_of(cell: FootprintCell, node: u32) -> vec2<u32> {
+    let nodes = params.cells.nodes;
+    return cell.first + vec2<u32>(share_start(nodes, node, cell.bins), share_start(nodes, node + 1u, cell.bins));
 }
 
-// A corner's share of the bins of a node, as XYZ.
-fn share_weight(cell: FootprintCell, node: u32, material: u32) -> vec3<u32> {
-    let start = cell.first + share_start(params.cells.nodes, node, cell.bins);
-    let end = cell.first + share_start(params.cells.nodes, node + 1u, cell.bins);
-    return band_weight(end, material) - band_weight(start, material);
+// What the first glass lets through of the light of some bins, channel by channel, that falls on a material.
+fn comes_through(landing: PathLanding, share: vec2<u32>, material: u32) -> vec3<u32> {
+    let absorptions = absorptions_at(centroids(share.x, share.y - share.x, material), landing.medium);
+    let through = exp(-absorptions * landing.length);
+    return vec3<u32>(part_from(through.x), part_from(through.y), part_from(through.z));
 }
 
 // Paths go apart, and the cell is not split further: every path is put down where it lands.
@@ -348,11 +355,12 @@ fn lay_points(emitted: Emitted, cell_flux: u32, order: u32) {
             deposits += 1u;
             let face = landing.place & 0xffu;
             let passed = flux_part((cell_flux + corner) / 4u, landing.part);
-            let flux = flux_part(passed, absorbed_by_medium(landing, node_bin(params.cells.nodes, node, emitted.cell)));
-            let weight = share_weight(emitted.cell, node, landing.place >> 8u);
+            let share = share_of(emitted.cell, node);
+            let weight = band_weight(share.y, landing.place >> 8u) - band_weight(share.x, landing.place >> 8u);
+            let through = comes_through(landing, share, landing.place >> 8u);
             let at = map_texel(face, landing.texel);
             for (var c = 0u; c < 3u; c++) {
-                put_down(face, at, vec2<f32>(1.0), c, flux_part(flux, weight[c]));
+                put_down(face, at, vec2<f32>(1.0), c, flux_part(flux_part(passed, through[c]), weight[c]));
             }
         }
     }
@@ -413,8 +421,7 @@ fn keep_books(emitted: Emitted, cell_flux: u32) {
             let own = flux_part(flux, running) - booked;
             booked += own;
             if landing.end == END_LANDED {
-                let bin = node_bin(params.cells.nodes, node, emitted.cell);
-                let lands = flux_part(own, absorbed_by_medium(landing, bin));
+                let lands = flux_part(own, comes_through(landing, share_of(emitted.cell, node), params.cells.materials).y);
                 book(node, LEDGER_ABSORBED, own - lands, corner);
                 book(node, LEDGER_FIRST_END + END_LANDED, lands, corner);
             } else {

@@ -66,13 +66,14 @@ fn hides_detail(emitted: Emitted) -> bool {
     return false;
 }
 
-// The most that a path of this order carries to where it lands, as a part of a whole cell's flux.
-fn stake(emitted: Emitted, order: u32) -> u32 {
+// The most that a path of this order carries, as a part of a whole cell's flux: of those that land, and of all.
+fn stakes(emitted: Emitted, order: u32) -> vec2<u32> {
     let splits = emitted.cell.level.x + emitted.cell.level.y;
-    var most = 0u;
+    var most = vec2<u32>(0u);
     for (var path = 0u; path < 4u * params.cells.nodes; path++) {
         let landing = landing_of(emitted, path / params.cells.nodes, path % params.cells.nodes, order);
-        most = max(most, select(0u, landing.part >> splits, landing.end == END_LANDED));
+        let part = landing.part >> splits;
+        most = max(most, vec2<u32>(select(0u, part, landing.end == END_LANDED), part));
     }
     return most;
 }
@@ -121,12 +122,17 @@ fn split_of_cell(emitted: Emitted) -> Split {
     var apart = TOGETHER;
     var at_stake = 0u;
     for (var order = 0u; order < params.cells.orders; order++) {
-        var part = stake(emitted, order);
-        if part < NEGLIGIBLE {
+        let carried = stakes(emitted, order);
+        if carried.y < NEGLIGIBLE {
             continue;
         }
+        var part = carried.x;
         var own = belonging(emitted, order);
-        if own == TOGETHER {
+        if part == 0u {
+            // None of them lands, but wavelengths between them may.
+            own &= BANDS_APART;
+            part = carried.y / 4u;
+        } else if own == TOGETHER {
             gather(emitted, order, landing_of(emitted, 0u, 0u, order).place & 0xffu);
             let extent = extent_of();
             let bent = bend(emitted, order);

@@ -87,6 +87,8 @@ impl Footprints {
         let splits = u64::from(texels.max(PATCH_CELLS * capacity));
         let words = WORK_WORDS as u64 + u64::from(rounds) * queue_words(capacity) + splits;
         let remedy = "emission_size";
+        let work = resources.buffer("footprint work", WORK_ROW_BYTES * 2 * setups.len() as u64, "lights")?;
+        resources.make_readable(work);
         Ok(Some(Self {
             bvh: resources.filled("bvh", &bvh::build(&geometry.triangles)?)?,
             queues: resources.buffer("cell queues", 4 * words, remedy)?,
@@ -101,7 +103,7 @@ impl Footprints {
                 remedy,
             )?,
             ends: resources.buffer("path ends", size_of::<PathEnds>() as u64 * paths, remedy)?,
-            work: resources.buffer("footprint work", WORK_ROW_BYTES * 2 * setups.len() as u64, "lights")?,
+            work,
             capacity,
             texels,
             rounds,

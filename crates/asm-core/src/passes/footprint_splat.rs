@@ -474,8 +474,10 @@ impl Inputs<'_> {
         deposits
     }
 
-    fn absorbed_by_medium(&self, landing: &PathLanding, bin: u32) -> u32 {
-        part_from((-self.absorption(bin, landing.medium) * landing.length).exp())
+    /// What the first glass lets through of the light of some bins, channel by channel, that falls on a material.
+    fn comes_through(&self, landing: &PathLanding, [start, end]: [u32; 2], material: u32) -> [u32; 3] {
+        let absorptions = self.absorptions(self.centroids(start, end - start, material), landing.medium);
+        (-absorptions * landing.length).exp().to_array().map(part_from)
     }
 
     /// Bins of a node where nothing can be interpolated.
@@ -492,13 +494,12 @@ impl Inputs<'_> {
                 deposits += 1;
                 let face = landing.place & 0xff;
                 let passed = flux_part((cell_flux + corner) / 4, landing.part);
-                let bin = node_bin(self.params.cells.nodes, node, &emitted.cell);
-                let flux = flux_part(passed, self.absorbed_by_medium(landing, bin));
                 let [start, end] = self.share(&emitted.cell, node);
                 let weight = self.weight_between(start, end, landing.place >> 8);
+                let through = self.comes_through(landing, [start, end], landing.place >> 8);
                 let at = self.landings.map_texel(face, landing.texel);
-                for (c, weight) in weight.into_iter().enumerate() {
-                    self.put_down(face, at, Vec2::ONE, c, flux_part(flux, weight), map);
+                for (c, (weight, through)) in weight.into_iter().zip(through).enumerate() {
+                    self.put_down(face, at, Vec2::ONE, c, flux_part(flux_part(passed, through), weight), map);
                 }
             }
         }
@@ -542,8 +543,8 @@ impl Inputs<'_> {
                 let landing = self.landings.landing(emitted, corner, node, order);
                 let own = take(landing.part);
                 if landing.end == END_LANDED {
-                    let bin = node_bin(self.params.cells.nodes, node, &emitted.cell);
-                    let lands = flux_part(own, self.absorbed_by_medium(landing, bin));
+                    let share = self.share(&emitted.cell, node);
+                    let lands = flux_part(own, self.comes_through(landing, share, light)[1]);
                     book(LEDGER_ABSORBED, own - lands);
                     book(of_end(END_LANDED), lands);
                 } else {

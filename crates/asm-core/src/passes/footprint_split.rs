@@ -155,14 +155,14 @@ impl Inputs<'_> {
         (first.y..last.y).any(|y| (first.x..last.x).any(|x| shows_caster(x, y) != meets))
     }
 
-    /// The most that a path of this order carries to where it lands, as a part of a whole cell's flux.
-    fn stake(&self, emitted: &Emitted, order: u32) -> u32 {
+    /// The most that a path of this order carries, as a part of a whole cell's flux: of those that land, and of all.
+    fn stakes(&self, emitted: &Emitted, order: u32) -> [u32; 2] {
         let splits = emitted.cell.level.x + emitted.cell.level.y;
-        let parts = self.landings.paths().map(|(corner, node)| {
+        self.landings.paths().fold([0; 2], |[landed, all], (corner, node)| {
             let landing = self.landings.landing(emitted, corner, node, order);
-            if landing.end == END_LANDED { landing.part >> splits } else { 0 }
-        });
-        parts.fold(0, u32::max)
+            let part = landing.part >> splits;
+            [if landing.end == END_LANDED { landed.max(part) } else { landed }, all.max(part)]
+        })
     }
 
     /// Texels between three corners in a row and the straight line, as an eighth of their second difference; 0 where they do not
@@ -203,12 +203,16 @@ impl Inputs<'_> {
         let flag = |apart: bool, flag: u32| if apart { flag } else { 0 };
         let (mut apart, mut at_stake) = (TOGETHER, 0);
         for order in 0..params.cells.orders {
-            let mut part = self.stake(emitted, order);
-            if part < NEGLIGIBLE {
+            let [mut part, any] = self.stakes(emitted, order);
+            if any < NEGLIGIBLE {
                 continue;
             }
             let mut own = self.landings.belonging(emitted, order);
-            if own == TOGETHER {
+            if part == 0 {
+                // None of them lands, but wavelengths between them may.
+                own &= BANDS_APART;
+                part = any / 4;
+            } else if own == TOGETHER {
                 let first = self.landings.landing(emitted, 0, 0, order);
                 let Extent { across, down, along } =
                     self.landings.gather(emitted, order, first.place & 0xff).extent();

@@ -134,6 +134,7 @@ fn footprints_have_their_plans() {
                 wanted.push(format!("footprint_splat ({path})"));
                 wanted.push(format!("footprints ({path}, split)"));
                 wanted.push(format!("map_resolve ({path})"));
+                wanted.push("copy cell queues to footprint work".into());
             }
             wanted.push(format!("receiver_bake ({light})"));
         }
