@@ -36,8 +36,8 @@ const WORK_ROW_BYTES: u64 = 4 * WORK_WORDS as u64;
 /// Splits across an edge along a side of a cell, beyond those of cells in general.
 const MORE_EDGE_SPLITS: u32 = 6;
 
-/// Least patches that a queue holds.
-const LEAST_CAPACITY: u32 = 1024;
+/// Patches that a queue holds: one for four cells of the emission view, but at least and at most these.
+const CAPACITY: std::ops::RangeInclusive<u32> = 1024..=4096;
 
 /// Resources of footprints, which lights use in turn.
 pub(crate) struct Footprints {
@@ -78,7 +78,7 @@ impl Footprints {
         let orders = if refracted { settings.bounces + 1 + asides } else { 1 };
         let nodes = setups.iter().map(|s| s.bands.wavelengths_nm.len()).max().unwrap_or(1) as u64;
         let texels = settings.emission_size.pow(2);
-        let capacity = (texels / PATCH_CELLS).max(LEAST_CAPACITY);
+        let capacity = (texels / PATCH_CELLS).clamp(*CAPACITY.start(), *CAPACITY.end());
         // What is not to be split in x and y is not to be split at all.
         let rounds = if settings.cell_splits == 0 { 0 } else { settings.cell_splits + MORE_EDGE_SPLITS };
         // A round needs its own corners and its parents'.
