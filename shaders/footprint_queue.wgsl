@@ -19,7 +19,7 @@ fn claim(patches: u32) -> u32 {
     let most = params.cells.max_groups;
     atomicMax(&queues[next + QUEUE_GROUPS], min(groups, most));
     atomicMax(&queues[next + QUEUE_GROUPS + 1u], (groups + most - 1u) / most);
-    atomicMax(&queues[next + QUEUE_GROUPS + 2u], 1u);
+    atomicMax(&queues[next + QUEUE_GROUPS + 2u], max(params.cells.nodes, params.cells.orders));
     return slot;
 }
 
@@ -27,7 +27,7 @@ fn claim(patches: u32) -> u32 {
 fn footprint_queue(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let i = CELLS * queue_row(group, params.cells.max_groups) + local;
     let emitted = emitted_cell(i);
-    if !emitted.exists {
+    if !emitted.exists || group.z > 0u {
         return;
     }
     let along = split_of(i);

@@ -61,8 +61,14 @@ fn perp_dot(a: vec2<f32>, b: vec2<f32>) -> f32 {
 // Texels gather light from triangles that cover at least twice as many.
 const LEAST_AREA: f32 = 4.0;
 
+// And that lie within so many along each side: no invocation goes round for ever.
+const MOST_GATHERED: f32 = 40.0;
+
 // Both triangles are large and neither is turned over, at any node: texels can gather their light.
-fn is_wide() -> bool {
+fn is_wide(extent: Extent) -> bool {
+    if max(extent.across, extent.down) + extent.along / f32(PIECES) > MOST_GATHERED {
+        return false;
+    }
     var turned = 0.0;
     for (var node = 0u; node < params.cells.nodes; node++) {
         for (var i = 0u; i < 2u; i++) {
@@ -101,6 +107,11 @@ const STEP_TEXELS: f32 = 0.25;
 
 // A cell's light is laid down in about so many steps at most: beyond, they are longer.
 const MOST_STEPS: f32 = 128.0;
+
+// Tents of up to so many steps may be so wide, texels to either side; those of more, so wide.
+const FEW_STEPS: u32 = 32u;
+const FEW_WIDEST: f32 = 7.5;
+const MANY_WIDEST: f32 = 3.5;
 
 // Fewer where it has less light, down to these.
 const LEAST_STEPS: f32 = 4.0;
@@ -272,19 +283,23 @@ fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
     let lit = first.place >> 8u;
     let cell = emitted.cell;
     gather(emitted, order, face);
-    if is_wide() {
+    let extent = extent_of();
+    if is_wide(extent) {
         lay_wide(emitted, cell_flux, first);
         return;
     }
     let texels = views[params.cells.emission_view].size;
     let part_of_light = parts[0] / f32((texels.x * texels.y) << (cell.level.x + cell.level.y));
-    var steps = steps_of(extent_of(), part_of_light, cell.bins);
+    var steps = steps_of(extent, part_of_light, cell.bins);
     if absorption_at(cell.first + cell.bins / 2u, first.medium) > 0.0 {
         steps.bands = min(max(steps.bands, ABSORBING_BANDS), cell.bins);
     }
     let across = steps.across;
     let down = steps.down;
-    deposits += across * down * steps.bands;
+    let count = across * down * steps.bands;
+    // Long steps are not made even where there are many of them: no invocation goes round for ever.
+    let widest = select(FEW_WIDEST, MANY_WIDEST, count > FEW_STEPS);
+    deposits += count;
     let bins = cell.bins / steps.bands;
     var start: RunningBand;
     var end: RunningBand;
@@ -292,7 +307,7 @@ fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
     var passes: array<vec3<f32>, 4>;
     var along: vec2<f32>;
     // One loop over bands and steps: where neighbours have other numbers of both, two would go round as often as their product.
-    for (var i = 0u; i < across * down * steps.bands; i++) {
+    for (var i = 0u; i < count; i++) {
         let step = i % (across * down);
         if step == 0u {
             let bin = cell.first + i / (across * down) * bins;
@@ -325,7 +340,7 @@ fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
             let lower = mix(at[c][2], at[c][3], x);
             let step_x = mix(at[c][1] - at[c][0], at[c][3] - at[c][2], y) / f32(across);
             let step_y = (lower - upper) / f32(down);
-            let width = sqrt(step_x * step_x + step_y * step_y + along * along);
+            let width = min(sqrt(step_x * step_x + step_y * step_y + along * along), vec2<f32>(widest));
             let passes_through = flux_part(flux, part_from(passed[c]));
             put_down(face, mix(upper, lower, y), width, c, flux_part(passes_through, end.weight[c] - start.weight[c]));
         }
@@ -441,6 +456,10 @@ fn cell_share(emitted: Emitted, cell_flux: u32, node: u32) -> u32 {
 
 @compute @workgroup_size(64, 1, 1)
 fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    let order = group.z; // one of them: with all an invocation would go round too often for some drivers
+    if order >= params.cells.orders {
+        return;
+    }
     for (var i = local; i < LEDGER_SUMS; i += CELLS) {
         atomicStore(&sums[i], 0u);
     }
@@ -450,20 +469,22 @@ fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
     workgroupBarrier();
     let i = CELLS * queue_row(group, params.cells.max_groups) + local;
     let emitted = emitted_cell(i);
-    atomicAdd(&work[WORK_CORNERS], emitted.traced);
+    if order == 0u {
+        atomicAdd(&work[WORK_CORNERS], emitted.traced);
+    }
     if emitted.exists && split_of(i) == TOGETHER {
         deposits = 0u;
         let flux = flux_of_cell(emitted.cell);
-        keep_books(emitted, flux);
-        for (var order = 0u; order < params.cells.orders; order++) {
-            if belonging(emitted, order) != TOGETHER {
-                lay_points(emitted, flux, order);
-            } else if landing_of(emitted, 0u, 0u, order).end == END_LANDED {
-                lay_footprint(emitted, flux, order);
-            }
+        if belonging(emitted, order) != TOGETHER {
+            lay_points(emitted, flux, order);
+        } else if landing_of(emitted, 0u, 0u, order).end == END_LANDED {
+            lay_footprint(emitted, flux, order);
         }
-        atomicAdd(&work[WORK_CELLS], 1u);
-        atomicAdd(&work[WORK_BINS], emitted.cell.bins);
+        if order == 0u {
+            keep_books(emitted, flux);
+            atomicAdd(&work[WORK_CELLS], 1u);
+            atomicAdd(&work[WORK_BINS], emitted.cell.bins);
+        }
         atomicAdd(&work[WORK_DEPOSITS], deposits);
     }
     workgroupBarrier();

@@ -165,7 +165,7 @@ fn split_of_cell(emitted: Emitted) -> Split {
 fn footprint_split(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let i = CELLS * queue_row(group, params.cells.max_groups) + local;
     let emitted = emitted_cell(i);
-    if !emitted.exists {
+    if !emitted.exists || group.z > 0u {
         return;
     }
     let split = split_of_cell(emitted);

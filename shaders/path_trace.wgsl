@@ -72,41 +72,32 @@ fn landing_bounds_add(landing: PathLanding) {
     }
 }
 
-// The first corner of a cell, at all nodes.
-fn trace_corner(cell: FootprintCell, place: u32) {
+// The first corner of a cell, at one of its nodes: with all of them an invocation would go round too often for some drivers.
+fn trace_corner(cell: FootprintCell, place: u32, node: u32) {
     light_paths = LightPaths(params.landing_view, params.landing_faces, params.materials, params.first_optics, params.orders - params.asides, params.asides, params.path, params.casters, params.rule, params.range);
     let light_ray = view_ray(views[params.emission_view], cell_corner(cell, 0u));
-    let first = first_surface(light_ray);
-    for (var node = 0u; node < params.nodes; node++) {
-        let path = place * params.nodes + node;
+    let path = place * params.nodes + node;
+    for (var order = 0u; order < params.orders; order++) {
+        path_arrives(path, order, nowhere(END_MISSED, 0u, 0u), 0.0, 0u);
+    }
+    ends[path] = trace_path(path, light_ray, node_bin(params.nodes, node, cell), WHOLE);
+    if params.keeps_bounds == 1u {
         for (var order = 0u; order < params.orders; order++) {
-            path_arrives(path, order, nowhere(END_MISSED, 0u, 0u), 0.0, 0u);
-        }
-        if first.end == END_LANDED {
-            ends[path] = trace_path_from(path, light_ray, first.met, node_bin(params.nodes, node, cell), WHOLE);
-        } else {
-            ends[path] = PathEnds(first.end, 0u, 0u, 0u);
-        }
-        if params.keeps_bounds == 1u {
-            for (var order = 0u; order < params.orders; order++) {
-                let landing = landings[path * params.orders + order];
-                if landing.end == END_LANDED {
-                    landing_bounds_add(landing);
-                }
+            let landing = landings[path * params.orders + order];
+            if landing.end == END_LANDED {
+                landing_bounds_add(landing);
             }
         }
     }
 }
 
 // An outer corner of a patch is its parent's.
-fn take_over(place: u32, parents: u32) {
-    for (var node = 0u; node < params.nodes; node++) {
-        let own = place * params.nodes + node;
-        let parents_own = parents * params.nodes + node;
-        ends[own] = ends[parents_own];
-        for (var order = 0u; order < params.orders; order++) {
-            landings[own * params.orders + order] = landings[parents_own * params.orders + order];
-        }
+fn take_over(place: u32, parents: u32, node: u32) {
+    let own = place * params.nodes + node;
+    let parents_own = parents * params.nodes + node;
+    ends[own] = ends[parents_own];
+    for (var order = 0u; order < params.orders; order++) {
+        landings[own * params.orders + order] = landings[parents_own * params.orders + order];
     }
 }
 
@@ -115,11 +106,15 @@ const CORNERS: u32 = 64u; // per workgroup
 @compute @workgroup_size(64, 1, 1)
 fn path_trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
     let i = CORNERS * queue_row(group, params.max_groups) + local;
+    let node = group.z;
+    if node >= params.nodes {
+        return;
+    }
     if params.queue == NO_QUEUE {
         let size = views[params.emission_view].size;
         if i < size.x * size.y {
             let at = vec2<u32>(i % size.x, i / size.x);
-            trace_corner(FootprintCell(at, vec2<u32>(0u), 0u, params.bins), i);
+            trace_corner(FootprintCell(at, vec2<u32>(0u), 0u, params.bins), i, node);
         }
         return;
     }
@@ -135,11 +130,11 @@ fn path_trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
     let corner = i / patches;
     let new_corner = patch_new_corner(patch_, corner);
     if all(new_corner <= patch_.parts) {
-        trace_corner(patch_cell(patch_, new_corner), first_place + new_corner.x + PATCH_ROW * new_corner.y);
+        trace_corner(patch_cell(patch_, new_corner), first_place + new_corner.x + PATCH_ROW * new_corner.y, node);
     }
     if corner < 4u && any(patch_.parts > vec2<u32>(1u)) {
         let outer = vec2<u32>(corner & 1u, corner >> 1u);
         let own = outer * patch_.parts;
-        take_over(first_place + own.x + PATCH_ROW * own.y, patch_.parent + outer.x + params.parent_row * outer.y);
+        take_over(first_place + own.x + PATCH_ROW * own.y, patch_.parent + outer.x + params.parent_row * outer.y, node);
     }
 }

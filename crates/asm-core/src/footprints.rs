@@ -6,10 +6,10 @@ use glam::DVec2;
 
 use crate::bvh;
 use crate::caustics::Caustics;
+use crate::footprint_work::{FootprintWork, WorkBooks};
 use crate::geometry::Geometry;
 use crate::lights::{LightSetup, texel_extent};
 use crate::passes::footprint_queue::FootprintQueue;
-use crate::footprint_work::{FootprintWork, WorkBooks};
 use crate::passes::footprint_splat::{FootprintSplat, MOST_STEPS};
 use crate::passes::footprint_split::FootprintSplit;
 use crate::passes::map_resolve::MapResolve;
@@ -116,7 +116,8 @@ impl Footprints {
     pub(crate) fn books(&self, i: usize, setup: &LightSetup, settings: &Settings) -> WorkBooks {
         let (nodes, bins) = (setup.bands.wavelengths_nm.len() as u32, setup.bands.bins());
         let ranges = (bins / LEAST_BINS).max(1);
-        let uniform_cells = u64::from(settings.emission_size << settings.cell_splits).pow(2) * u64::from(ranges);
+        let uniform_cells =
+            u64::from(settings.emission_size << settings.cell_splits).pow(2) * u64::from(ranges);
         let uniform = FootprintWork {
             uniform_rays: uniform_cells * u64::from(nodes),
             uniform_wavelengths_per_cell: f64::from(nodes * ranges),
@@ -368,7 +369,7 @@ impl Caustics<'_> {
         if let Some(bounds) = fitted {
             self.resources.plan.steps.push(Step::ClearBuffer { buffer: bounds });
         }
-        let groups = queue_groups(texels, CORNERS_PER_GROUP, 1, max_groups);
+        let groups = queue_groups(texels, CORNERS_PER_GROUP, trace.nodes, max_groups);
         self.dispatch("path_trace", label, &trace, trace_bindings.to_vec(), groups);
         if let Some(bounds) = fitted {
             let views = [trace.landing_view, splat.cells.map_view, trace.landing_faces];
@@ -381,6 +382,7 @@ impl Caustics<'_> {
             let queue = FootprintQueue { cells: splat.cells };
             self.dispatch("footprint_queue", label, &queue, queue_bindings.to_vec(), groups);
         }
+        let groups = queue_groups(cells, CELLS_PER_GROUP, splat.cells.orders, max_groups);
         self.dispatch("footprint_splat", label, &splat, splat_bindings.to_vec(), groups);
         let bindings: [&[Bound]; 4] = [&trace_bindings, &split_bindings, &queue_bindings, &splat_bindings];
         self.split_cells(footprints, label, over, bindings);

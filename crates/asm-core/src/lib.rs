@@ -43,8 +43,8 @@ mod view_fit;
 
 pub use bake::{BakePlan, bake_plan};
 pub use error::PlanError;
-pub use footprint_work::FootprintWork;
 pub use flicker::{Flicker, FlickerMeter};
+pub use footprint_work::FootprintWork;
 pub use passes::PASSES;
 pub use planner::Planner;
 pub use price_list::{Price, PriceList};

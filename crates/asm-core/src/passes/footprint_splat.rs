@@ -119,6 +119,13 @@ const STEP_TEXELS: f32 = 0.25;
 /// A cell's light is laid down in about so many steps at most: beyond, they are longer.
 pub const MOST_STEPS: f32 = 128.0;
 
+/// Tents of up to so many steps may reach [`FEW_WIDEST`] texels to either side; those of more [`MANY_WIDEST`].
+const FEW_STEPS: u32 = 32;
+/// See [`FEW_STEPS`].
+const FEW_WIDEST: f32 = 7.5;
+/// See [`FEW_STEPS`].
+const MANY_WIDEST: f32 = 3.5;
+
 /// Fewer where it has less light, down to these.
 const LEAST_STEPS: f32 = 4.0;
 
@@ -127,6 +134,9 @@ const ALL_STEPS: f32 = 1e7;
 
 /// Texels gather light from triangles that cover at least twice as many.
 const LEAST_AREA: f32 = 4.0;
+
+/// And that lie within so many along each side: no invocation goes round for ever.
+const MOST_GATHERED: f32 = 40.0;
 
 /// Pieces of a range within which triangles only move along a line.
 const PIECES: u32 = 4;
@@ -168,7 +178,10 @@ impl Extent {
 
 impl Spread {
     /// Both triangles are large and neither is turned over, at any node: texels can gather their light.
-    fn is_wide(&self) -> bool {
+    fn is_wide(&self, extent: &Extent) -> bool {
+        if extent.across.max(extent.down) + extent.along / PIECES as f32 > MOST_GATHERED {
+            return false;
+        }
         let area = |node: usize, [a, b, c]: [usize; 3]| {
             let [a, b, c] = [a, b, c].map(|corner| self.places[corner][node]);
             (b - a).perp_dot(c - a)
@@ -326,18 +339,22 @@ impl Inputs<'_> {
         let (face, lit, medium) = (first.place & 0xff, first.place >> 8, first.medium);
         let cell = &emitted.cell;
         let spread = self.landings.gather(emitted, order, face);
-        if spread.is_wide() {
+        let extent = spread.extent();
+        if spread.is_wide(&extent) {
             return self.lay_wide(&spread, emitted, cell_flux, first, map);
         }
         let texels = self.landings.views[self.params.cells.emission_view as usize].size;
         let part_of_light =
             spread.parts[0][0] / ((texels.x * texels.y) << (cell.level.x + cell.level.y)) as f32;
-        let mut steps = spread.extent().steps(part_of_light, cell.bins);
+        let mut steps = extent.steps(part_of_light, cell.bins);
         if self.absorption(cell.first + cell.bins / 2, medium) > 0.0 {
             steps.bands = steps.bands.max(ABSORBING_BANDS).min(cell.bins);
         }
         let Steps { across, down, .. } = steps;
         let bins = cell.bins / steps.bands;
+        let count = across * down * steps.bands;
+        // Long steps are not made even where there are many of them: no invocation goes round for ever.
+        let widest = Vec2::splat(if count > FEW_STEPS { MANY_WIDEST } else { FEW_WIDEST });
         for band in 0..steps.bands {
             let bin = cell.first + band * bins;
             let (start, end) = (self.running_band(bin, lit), self.running_band(bin + bins, lit));
@@ -365,14 +382,15 @@ impl Inputs<'_> {
                     let (upper, lower) = (at[0].lerp(at[1], x), at[2].lerp(at[3], x));
                     let step_x = (at[1] - at[0]).lerp(at[3] - at[2], y) / across as f32;
                     let step_y = (lower - upper) / down as f32;
-                    let width = (step_x * step_x + step_y * step_y + along * along).map(f32::sqrt);
+                    let width =
+                        (step_x * step_x + step_y * step_y + along * along).map(f32::sqrt).min(widest);
                     let own =
                         flux_part(flux_part(flux, part_from(passed[c])), end.weight[c] - start.weight[c]);
                     self.put_down(face, upper.lerp(lower, y), width, c, own, map);
                 }
             }
         }
-        u64::from(across * down * steps.bands)
+        u64::from(count)
     }
 
     /// The place in the spectrum, as a bin, of an abscissa of a cell's range: two steps of Newton's, since the index is nearly
