@@ -15,7 +15,7 @@ use crate::times::{PassTime, PassTimes};
 use crate::view::View;
 
 /// Width of the controls, points.
-const WIDTH: f32 = 330.0;
+const WIDTH: f32 = 390.0;
 /// Length of a slider, points: a row of controls fits beside its name.
 const SLIDER: f32 = 72.0;
 /// Keys that the window knows; [`View::press`] says what they do.
@@ -406,6 +406,20 @@ mod tests {
         ];
         let (_, area) = frames(&mut view, &Status::default(), &[over_controls]);
         assert_eq!(view.job(area).pose, self::view("").job(area).pose);
+    }
+
+    #[test]
+    fn no_name_in_the_controls_is_cut_off() {
+        let (shapes, _) = frames(&mut view(""), &Status::default(), &[]);
+        let cut = |clipped: &egui::epaint::ClippedShape| match &clipped.shape {
+            Shape::Text(text) => {
+                let right = text.visual_bounding_rect().right();
+                (right > clipped.clip_rect.right()).then(|| text.galley.text().to_owned())
+            }
+            _ => None,
+        };
+        assert!(shapes.iter().any(|s| matches!(&s.shape, Shape::Text(t) if t.galley.text() == "footprint")));
+        assert_eq!(shapes.iter().filter_map(cut).collect::<Vec<_>>(), [""; 0]);
     }
 
     #[test]
