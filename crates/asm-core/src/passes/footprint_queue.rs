@@ -58,7 +58,8 @@ pub fn footprint_queue(cells: &Cells<'_>) {
         let halves = 1 + u32::from(along == BANDS_APART);
         let slot = queue[QUEUE_COUNT].fetch_add(halves, Ordering::Relaxed);
         let corners = (slot + halves) * PATCH_NEW;
-        let groups = queue_groups(corners, CORNERS_PER_GROUP, params.nodes.max(params.orders), params.max_groups);
+        let groups =
+            queue_groups(corners, CORNERS_PER_GROUP, params.nodes.max(params.orders), params.max_groups);
         for (i, groups) in groups.into_iter().enumerate() {
             queue[QUEUE_GROUPS + i].fetch_max(groups, Ordering::Relaxed);
         }
