@@ -36,7 +36,7 @@ pub struct Spread {
     pub parts: [[f32; MOST_NODES]; 4],
     /// Inside the first glass, working units.
     pub lengths: [[f32; MOST_NODES]; 4],
-    /// Of nodes, see [`Cells::abscissa`].
+    /// Of nodes, see [`Landings::abscissa`].
     pub nodes_at: [f32; MOST_NODES],
     /// Number of them.
     pub nodes: usize,
