@@ -50,8 +50,12 @@ const WAY_START: u32 = 2166136261u;
 const WAY_THROUGH: u32 = 1u;
 const WAY_BACK: u32 = 2u;
 
+fn no_surface() -> SurfaceHit {
+    return SurfaceHit(NOTHING, PlaneHit(false, 0.0, 0.0, 0.0, 0.0));
+}
+
 fn nowhere(end: u32, part: u32, way: u32) -> Arrival {
-    return Arrival(end, Ray(vec3<f32>(0.0), vec3<f32>(0.0)), SurfaceHit(NOTHING, PlaneHit(false, 0.0, 0.0, 0.0, 0.0)), part, way);
+    return Arrival(end, Ray(vec3<f32>(0.0), vec3<f32>(0.0)), no_surface(), part, way);
 }
 
 // The view shows this surface at the place, or beside it.
@@ -91,10 +95,13 @@ fn locate_arrival(ray: Ray, met: SurfaceHit) -> Located {
     return at;
 }
 
-// What was thrown back behind the first glass.
-struct Aside {
+// A part of a path's light: on its way outside the first glass, or where it ended before.
+struct Branch {
+    order: u32,
+    end: u32,        // ON_ITS_WAY, or as of an arrival
     ray: Ray,
-    start: u32,
+    met: SurfaceHit, // as of an arrival
+    start: u32,      // the triangle that the ray starts on, as visibility buffers count
     part: u32,
     way: u32,
     object: u32,     // the refractor that it is in, or NO_OBJECT
@@ -102,24 +109,28 @@ struct Aside {
     length: f32,     // inside the first glass
 }
 
+const ON_ITS_WAY: u32 = 0xffffffffu;
+
 const MOST_ASIDES: u32 = 2u;
 
-// Those of a path, in the order of its surfaces.
-var<private> asides: array<Aside, MOST_ASIDES>;
-var<private> aside_count: u32;
-var<private> aside_room: u32;   // how many may still come
-var<private> aside_least: u32;  // not kept if they have less
-var<private> aside_length: f32; // of the way so far inside the first glass
+const MOST_BRANCHES: u32 = 10u; // of 7 reflections inside, and what went aside
 
-fn keep_aside(aside: Aside) -> bool {
-    let fits = aside_room > 0u && aside.part >= aside_least;
-    if fits {
-        asides[aside_count] = aside;
-        asides[aside_count].length = aside_length;
-        aside_count += 1u;
-        aside_room -= 1u;
-    }
-    return fits;
+// Those of a path; the first ones leave the first glass, the others went aside behind it.
+var<private> branches: array<Branch, MOST_BRANCHES>;
+var<private> branch_count: u32;
+var<private> first_aside: u32;
+
+fn add_branch(branch: Branch) {
+    branches[branch_count] = branch;
+    branch_count += 1u;
+}
+
+fn on_its_way(order: u32, ray: Ray, start: u32, part: u32, way: u32, length: f32) -> Branch {
+    return Branch(order, ON_ITS_WAY, ray, no_surface(), start, part, way, NO_OBJECT, 0.0, length);
+}
+
+fn ended(order: u32, end: u32, ray: Ray, met: SurfaceHit, part: u32, way: u32, length: f32) -> Branch {
+    return Branch(order, end, ray, met, NOTHING, part, way, NO_OBJECT, 0.0, length);
 }
 
 // A path outside its first glass, and what it has left so far.
@@ -128,15 +139,15 @@ struct Outside {
     ends: PathEnds,
 }
 
-// From the first glass, or from the first mirror, or from where it went aside inside an object that absorbs per working unit, to
-// where it lands.
-fn follow(first: Ray, start: u32, object: u32, around: f32, first_part: u32, first_way: u32, first_ends: PathEnds, bin: u32) -> Outside {
-    var ray = first;
-    var part = first_part;
-    var way = first_way;
+// From the first glass, or from the first mirror, or from where it went aside, to where it lands. What is thrown back goes aside
+// up to `room` branches, where it is not below `least`.
+fn follow(branch: Branch, first_ends: PathEnds, bin: u32, room: u32, least: u32) -> Outside {
+    var ray = branch.ray;
+    var part = branch.part;
+    var way = branch.way;
     var ends = first_ends;
-    var sought = Sought(object, start, 0u);
-    var absorption = around;
+    var sought = Sought(branch.object, branch.start, 0u);
+    var absorption = branch.absorption;
     for (var i = 0u; i < MOST_SURFACES; i++) {
         let met = nearest_surface(ray, sought);
         if met.visible == NOTHING {
@@ -177,13 +188,15 @@ fn follow(first: Ray, start: u32, object: u32, around: f32, first_part: u32, fir
                 let rest = part - passed;
                 let back = reflect_at(ray.direction, normal, t, 1.0);
                 let goes = select(0u, rest, back.end == END_LANDED);
-                let aside = Aside(Ray(origin, back.direction), met.visible, goes, way_through(way, t, WAY_BACK), sought.object, absorption, 0.0);
-                if !keep_aside(aside) {
-                    if sought.object == NO_OBJECT {
-                        ends.reflected += rest;
-                    } else {
-                        ends.kept_inside += rest;
-                    }
+                if branch_count < room && goes >= least {
+                    let way_back = way_through(way, t, WAY_BACK);
+                    let order = light_paths.orders + branch_count - first_aside;
+                    let back_ray = Ray(origin, back.direction);
+                    add_branch(Branch(order, ON_ITS_WAY, back_ray, no_surface(), met.visible, goes, way_back, sought.object, absorption, branch.length));
+                } else if sought.object == NO_OBJECT {
+                    ends.reflected += rest;
+                } else {
+                    ends.kept_inside += rest;
                 }
                 part = flux_part(passed, part_from(medium.surface));
                 ends.absorbed += passed - part;
@@ -200,8 +213,8 @@ fn follow(first: Ray, start: u32, object: u32, around: f32, first_part: u32, fir
     return Outside(nowhere(END_NO_EXIT, part, way), ends);
 }
 
-// Inside the first glass: what leaves it after each number of reflections goes on, what is left then stays inside.
-fn trace_inside(path: u32, first: Ray, front: Triangle, visible: u32, first_part: u32, first_ends: PathEnds, bin: u32, whole: u32) -> PathEnds {
+// Inside the first glass: what leaves it after each number of reflections is a branch, what is left then stays inside.
+fn trace_inside(first: Ray, front: Triangle, visible: u32, first_part: u32, first_ends: PathEnds, bin: u32, whole: u32) -> PathEnds {
     let medium = medium_of(front, bin);
     let open = (front.flags & TRIANGLE_OPEN) != 0u;
     var ray = first;
@@ -214,7 +227,7 @@ fn trace_inside(path: u32, first: Ray, front: Triangle, visible: u32, first_part
     for (var order = 0u; order < light_paths.orders && part >= least; order++) {
         let met = nearest_surface(ray, Sought(front.object, start, 0u));
         if met.visible == NOTHING {
-            path_arrives(path, order, Arrival(select(END_NO_EXIT, END_ESCAPED, open), ray, met, part, way), length, front.material);
+            add_branch(ended(order, select(END_NO_EXIT, END_ESCAPED, open), ray, met, part, way, length));
             return ends;
         }
         let t = triangles[met.visible - 1u];
@@ -223,7 +236,7 @@ fn trace_inside(path: u32, first: Ray, front: Triangle, visible: u32, first_part
         let origin = ray.origin + met.hit.distance * ray.direction;
         var back = Crossing(END_LANDED, ray.direction, 1.0);
         if (t.flags & (TRIANGLE_REFRACTS | TRIANGLE_MIRROR)) == 0u {
-            path_arrives(path, order, Arrival(END_LANDED, ray, met, part, way), length, front.material);
+            add_branch(ended(order, END_LANDED, ray, met, part, way, length));
             return ends;
         } else if (t.flags & TRIANGLE_MIRROR) != 0u {
             back = reflect_at(ray.direction, normal, t, mirror_reflectance(ray.direction, normal, medium_of(t, bin).surface));
@@ -237,19 +250,16 @@ fn trace_inside(path: u32, first: Ray, front: Triangle, visible: u32, first_part
                 let passed = flux_part(leaves, part_from(medium.surface));
                 part -= leaves;
                 ends.absorbed += leaves - passed;
-                aside_length = length;
-                let outside = follow(Ray(origin, crossing.direction), met.visible, NO_OBJECT, 0.0, passed, way_through(way, t, WAY_THROUGH), ends, bin);
-                ends = outside.ends;
-                path_arrives(path, order, outside.arrival, length, front.material);
+                add_branch(on_its_way(order, Ray(origin, crossing.direction), met.visible, passed, way_through(way, t, WAY_THROUGH), length));
             } else if crossing.end != END_TOTAL {
-                path_arrives(path, order, nowhere(crossing.end, part, way), length, front.material);
+                add_branch(ended(order, crossing.end, ray, met, part, way, length));
                 return ends;
             }
             back = reflect_at(ray.direction, normal, t, 1.0);
         }
         if back.end != END_LANDED {
             if order + 1u < light_paths.orders {
-                path_arrives(path, order + 1u, nowhere(back.end, part, way), length, front.material);
+                add_branch(ended(order + 1u, back.end, ray, met, part, way, length));
                 return ends;
             }
             break;
@@ -262,21 +272,8 @@ fn trace_inside(path: u32, first: Ray, front: Triangle, visible: u32, first_part
     return ends;
 }
 
-// What went aside, to where it lands; nothing of it goes aside once more.
-fn follow_asides(path: u32, medium: u32, first_ends: PathEnds, bin: u32) -> PathEnds {
-    var ends = first_ends;
-    aside_room = 0u;
-    for (var i = 0u; i < aside_count; i++) {
-        let aside = asides[i];
-        let outside = follow(aside.ray, aside.start, aside.object, aside.absorption, aside.part, aside.way, ends, bin);
-        ends = outside.ends;
-        path_arrives(path, light_paths.orders + i, outside.arrival, aside.length, medium);
-    }
-    return ends;
-}
-
 // Back from the first surface; what goes into glass there stays, what a mirror does not throw back is absorbed.
-fn trace_reflected(path: u32, light_ray: Ray, met: SurfaceHit, bin: u32, whole: u32) -> PathEnds {
+fn trace_reflected(light_ray: Ray, met: SurfaceHit, bin: u32, whole: u32) -> PathEnds {
     let front = triangles[met.visible - 1u];
     let medium = medium_of(front, bin);
     let normal = -sign(met.hit.facing) * interpolated_normal(front, met.hit);
@@ -294,42 +291,14 @@ fn trace_reflected(path: u32, light_ray: Ray, met: SurfaceHit, bin: u32, whole: 
     }
     let part = flux_part(whole, part_from(back.reflectance));
     let rest = whole - part;
-    let ends = PathEnds(END_LANDED, 0u, select(0u, rest, mirror), select(rest, 0u, mirror));
     let origin = light_ray.origin + met.hit.distance * light_ray.direction;
-    let outside = follow(Ray(origin, back.direction), met.visible, NO_OBJECT, 0.0, part, way_through(WAY_START, front, WAY_BACK), ends, bin);
-    path_arrives(path, 0u, outside.arrival, 0.0, front.material);
-    return outside.ends;
+    add_branch(on_its_way(0u, Ray(origin, back.direction), met.visible, part, way_through(WAY_START, front, WAY_BACK), 0.0));
+    return PathEnds(END_LANDED, 0u, select(0u, rest, mirror), select(rest, 0u, mirror));
 }
 
-// Where light meets what paths begin at, or how it ends.
-struct FirstSurface {
-    end: u32, // END_LANDED where it meets
-    met: SurfaceHit,
-}
-
-fn first_surface(light_ray: Ray) -> FirstSurface {
-    let met = nearest_surface(light_ray, Sought(NO_OBJECT, NOTHING, 0u));
-    if met.visible == NOTHING || (light_paths.range > 0.0 && met.hit.distance > light_paths.range) {
-        return FirstSurface(END_MISSED, met);
-    }
+// Through the first surface, into glass or out of it.
+fn trace_refracted(light_ray: Ray, met: SurfaceHit, bin: u32, whole: u32) -> PathEnds {
     let front = triangles[met.visible - 1u];
-    if (front.flags & light_paths.casters) == 0u {
-        let behind = nearest_surface(light_ray, Sought(NO_OBJECT, NOTHING, light_paths.casters));
-        let blocks = (front.flags & TRIANGLE_REFRACTS) == 0u && behind.visible != NOTHING;
-        return FirstSurface(select(END_MISSED, END_BLOCKED, blocks), met);
-    }
-    return FirstSurface(END_LANDED, met);
-}
-
-// From the first surface on, which all wavelengths have in common.
-fn trace_path_from(path: u32, light_ray: Ray, met: SurfaceHit, bin: u32, whole: u32) -> PathEnds {
-    aside_count = 0u;
-    aside_room = 0u;
-    aside_least = max(whole / LEAST_SHARE, 1u);
-    let front = triangles[met.visible - 1u];
-    if light_paths.path == PATH_REFLECTED {
-        return trace_reflected(path, light_ray, met, bin, whole);
-    }
     let medium = medium_of(front, bin);
     let normal = -sign(met.hit.facing) * interpolated_normal(front, met.hit);
     let entering = met.hit.facing < 0.0;
@@ -343,20 +312,69 @@ fn trace_path_from(path: u32, light_ray: Ray, met: SurfaceHit, bin: u32, whole: 
     let ends = PathEnds(END_LANDED, whole - entered, entered - part, 0u);
     let ray = Ray(light_ray.origin + met.hit.distance * light_ray.direction, crossing.direction);
     if entering {
-        aside_room = light_paths.asides;
-        let inside = trace_inside(path, ray, front, met.visible, part, ends, bin, whole);
-        return follow_asides(path, front.material, inside, bin);
+        return trace_inside(ray, front, met.visible, part, ends, bin, whole);
     }
-    let outside = follow(ray, met.visible, NO_OBJECT, 0.0, part, way_through(WAY_START, front, WAY_THROUGH), ends, bin);
-    path_arrives(path, 0u, outside.arrival, 0.0, front.material);
-    return outside.ends;
+    add_branch(on_its_way(0u, ray, met.visible, part, way_through(WAY_START, front, WAY_THROUGH), 0.0));
+    return ends;
 }
 
-// All of a path with the flux `whole`: what it leaves on its way, and its arrivals to `path_arrives`.
+// Where light meets what paths begin at, or how it ends.
+struct FirstSurface {
+    end: u32, // END_LANDED where it meets
+    met: SurfaceHit,
+}
+
+fn first_surface(light_ray: Ray) -> FirstSurface {
+    var first = no_surface();
+    for (var only = 0u; ; only = light_paths.casters) {
+        let met = nearest_surface(light_ray, Sought(NO_OBJECT, NOTHING, only));
+        if only != 0u {
+            return FirstSurface(select(END_MISSED, END_BLOCKED, met.visible != NOTHING), first);
+        }
+        if met.visible == NOTHING || (light_paths.range > 0.0 && met.hit.distance > light_paths.range) {
+            return FirstSurface(END_MISSED, met);
+        }
+        let flags = triangles[met.visible - 1u].flags;
+        if (flags & light_paths.casters) != 0u {
+            return FirstSurface(END_LANDED, met);
+        }
+        if (flags & TRIANGLE_REFRACTS) != 0u {
+            return FirstSurface(END_MISSED, met);
+        }
+        first = met;
+    }
+    return FirstSurface(END_MISSED, first);
+}
+
+// All of a path with the flux `whole`: what it leaves on its way, and its arrivals to `path_arrives`. Branches wait for each other,
+// so that there is one place from which they are followed: drivers write a function out wherever it is called.
 fn trace_path(path: u32, light_ray: Ray, bin: u32, whole: u32) -> PathEnds {
     let first = first_surface(light_ray);
     if first.end != END_LANDED {
         return PathEnds(first.end, 0u, 0u, 0u);
     }
-    return trace_path_from(path, light_ray, first.met, bin, whole);
+    branch_count = 0u;
+    var ends: PathEnds;
+    var asides = 0u;
+    if light_paths.path == PATH_REFLECTED {
+        ends = trace_reflected(light_ray, first.met, bin, whole);
+    } else {
+        ends = trace_refracted(light_ray, first.met, bin, whole);
+        asides = select(0u, light_paths.asides, first.met.hit.facing < 0.0);
+    }
+    first_aside = branch_count;
+    let medium = triangles[first.met.visible - 1u].material;
+    let least = max(whole / LEAST_SHARE, 1u);
+    for (var i = 0u; i < branch_count; i++) {
+        let branch = branches[i];
+        var arrival = Arrival(branch.end, branch.ray, branch.met, branch.part, branch.way);
+        if branch.end == ON_ITS_WAY {
+            let room = select(0u, first_aside + asides, i < first_aside);
+            let outside = follow(branch, ends, bin, room, least);
+            arrival = outside.arrival;
+            ends = outside.ends;
+        }
+        path_arrives(path, branch.order, arrival, branch.length, medium);
+    }
+    return ends;
 }
