@@ -139,13 +139,12 @@ impl<'a> Caustics<'a> {
         let texels = map_texels(purpose, &setups);
         let gaps = Gaps::new(&mut resources, settings, &setups, texels)?.map(Rc::new);
         let landing_bounds = bounds_buffer(&mut resources, &setups)?;
-        let follows = settings.method != Method::Footprint && settings.refraction() == Refraction::Traced;
-        let bvh = if follows && lights > 0 {
+        let bvh = if settings.refraction() == Refraction::Traced && lights > 0 {
             Some(resources.filled("bvh", &bvh::build(&geometry.triangles)?)?)
         } else {
             None
         };
-        let footprints = Footprints::new(&mut resources, settings, &setups, &geometry)?.map(Rc::new);
+        let footprints = Footprints::new(&mut resources, settings, &setups, bvh)?.map(Rc::new);
         Ok(Self {
             scene,
             settings,

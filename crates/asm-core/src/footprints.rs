@@ -4,10 +4,8 @@
 use frame_plan::{Bound, ResourceId, Step};
 use glam::DVec2;
 
-use crate::bvh;
 use crate::caustics::Caustics;
 use crate::footprint_work::{FootprintWork, WorkBooks};
-use crate::geometry::Geometry;
 use crate::lights::{LightSetup, texel_extent};
 use crate::passes::footprint_queue::FootprintQueue;
 use crate::passes::footprint_splat::{FootprintSplat, MOST_STEPS};
@@ -62,16 +60,14 @@ pub(crate) struct Footprints {
 }
 
 impl Footprints {
-    /// `None` for other methods, and where no light needs them.
+    /// `None` for other methods, and where no light needs them: then there is no tree either.
     pub(crate) fn new(
         resources: &mut Resources<'_>,
         settings: &Settings,
         setups: &[LightSetup],
-        geometry: &Geometry,
+        bvh: Option<ResourceId>,
     ) -> Result<Option<Self>, PlanError> {
-        if settings.method != Method::Footprint || !setups.iter().any(|s| s.caustic) {
-            return Ok(None);
-        }
+        let (Method::Footprint, Some(bvh)) = (settings.method, bvh) else { return Ok(None) };
         let refracted = setups.iter().any(|s| s.refracted);
         // Who follows no reflection follows none behind the first glass either.
         let asides = if refracted { settings.bounces.min(MOST_ASIDES as u32) } else { 0 };
@@ -90,7 +86,7 @@ impl Footprints {
         let work = resources.buffer("footprint work", WORK_ROW_BYTES * 2 * setups.len() as u64, "lights")?;
         resources.make_readable(work);
         Ok(Some(Self {
-            bvh: resources.filled("bvh", &bvh::build(&geometry.triangles)?)?,
+            bvh,
             queues: resources.buffer("cell queues", 4 * words, remedy)?,
             arguments: resources.buffer(
                 "cell dispatches",
