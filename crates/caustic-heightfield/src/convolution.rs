@@ -45,25 +45,9 @@ impl<T: Sample> Convolution<T> {
         pond: &Pond,
         settings: ConvolutionSettings,
     ) -> Result<Self, PondError> {
-        let level = HeightField::flat(size, extent_m)?;
-        let light = Pond { illumination: crate::pond::Illumination::Uniform(1.0), ..pond.clone() };
-        if pond.depth_m == 0.0 {
-            let expected = "above 0: kernels have no limit at d = 0, `exact` has";
-            return Err(PondError::Setting { name: "depth, metres,", got: 0.0, expected });
-        }
-        // What level water does: kernels are expanded about the vertical anyway.
-        let tilt = largest_tilt(&SurfaceLight::new(&level, &light)?);
-        let (tiles, tail, mut radius) = reach(size, extent_m, pond, pond.depth_m, tilt);
-        if let Some(samples) = settings.kernel_samples {
-            if samples % 2 == 0 {
-                let got = samples as f64;
-                return Err(PondError::Setting { name: "samples across a kernel", got, expected: "odd" });
-            }
-            radius = radius.map(|r| r.min(samples / 2));
-        }
-        let window = Window::centred(radius);
-        let kernels = kernels(window, level.pitch_m(), pond)
-            .map(|kernel| kernel.into_iter().map(T::rounded).collect::<Vec<T>>());
+        let Kernels { window, values, tiles, tail } =
+            Kernels::new(size, extent_m, pond, settings.kernel_samples)?;
+        let kernels = values.map(|kernel| kernel.into_iter().map(T::rounded).collect::<Vec<T>>());
         let terms = TermSum::new(size, pond.outside, window, kernels.into(), settings.convolve);
         Ok(Self { pond: pond.clone(), size, extent_m, tiles, tail, terms })
     }
@@ -104,6 +88,45 @@ impl<T: Sample> Convolution<T> {
 }
 
 /// The three kernels: what belongs to the x, y and z of L_t.
+pub(crate) struct Kernels {
+    pub(crate) window: Window,
+    pub(crate) values: [Vec<f64>; 3],
+    pub(crate) tiles: i64,
+    pub(crate) tail: f64,
+}
+
+impl Kernels {
+    /// For surfaces of this grid; `samples` across, or as far as there is a pond.
+    ///
+    /// # Errors
+    /// As [`Convolution::new`].
+    pub(crate) fn new(
+        size: [usize; 2],
+        extent_m: [f64; 2],
+        pond: &Pond,
+        samples: Option<usize>,
+    ) -> Result<Self, PondError> {
+        let level = HeightField::flat(size, extent_m)?;
+        let light = Pond { illumination: crate::pond::Illumination::Uniform(1.0), ..pond.clone() };
+        if pond.depth_m == 0.0 {
+            let expected = "above 0: kernels have no limit at d = 0, `exact` has";
+            return Err(PondError::Setting { name: "depth, metres,", got: 0.0, expected });
+        }
+        // What level water does: kernels are expanded about the vertical anyway.
+        let tilt = largest_tilt(&SurfaceLight::new(&level, &light)?);
+        let (tiles, tail, mut radius) = reach(size, extent_m, pond, pond.depth_m, tilt);
+        if let Some(samples) = samples {
+            if samples % 2 == 0 {
+                let got = samples as f64;
+                return Err(PondError::Setting { name: "samples across a kernel", got, expected: "odd" });
+            }
+            radius = radius.map(|r| r.min(samples / 2));
+        }
+        let window = Window::centred(radius);
+        Ok(Self { window, values: kernels(window, level.pitch_m(), pond), tiles, tail })
+    }
+}
+
 fn kernels(window: Window, pitch_m: [f64; 2], pond: &Pond) -> [Vec<f64>; 3] {
     let n = 2.0 * pond.scattering;
     let d = pond.depth_m;

@@ -160,7 +160,8 @@ impl<T: Sample> TermSum<T> {
                 let mut floor = vec![T::zero(); self.size[0] * self.size[1]];
                 floor.par_chunks_mut(self.size[0]).enumerate().for_each(|(j, row)| {
                     for (kernel, source) in kernels.iter().zip(sources) {
-                        add_row(row, j, self.size, *outside, *window, kernel, source);
+                        let add = |floor: T, weight: T, light: T| floor + weight * light;
+                        add_row(row, j, self.size, *outside, *window, kernel, source, add);
                     }
                 });
                 floor
@@ -169,15 +170,17 @@ impl<T: Sample> TermSum<T> {
     }
 }
 
-/// Add one term's part to row `j` of the floor.
-fn add_row<T: Sample>(
-    row: &mut [T],
+/// Add one term's part to row `j` of the floor, tap after tap: `add(floor, weight, light)`.
+#[expect(clippy::too_many_arguments, reason = "an image, a kernel and where they are")]
+pub(crate) fn add_row<C: Copy, T: Copy>(
+    row: &mut [C],
     j: usize,
     size: [usize; 2],
     outside: Outside,
     window: Window,
     kernel: &[T],
     source: &[T],
+    add: impl Fn(C, T, T) -> C,
 ) {
     let [width, height] = size.map(|side| side as i64);
     for (line, weights) in kernel.chunks(window.size[0]).enumerate() {
@@ -192,7 +195,8 @@ fn add_row<T: Sample>(
             let offset = window.low[0] + column as i64;
             if outside == Outside::Periodic {
                 for (i, floor) in row.iter_mut().enumerate() {
-                    *floor = *floor + weight * line_of_source[(i as i64 - offset).rem_euclid(width) as usize];
+                    let light = line_of_source[(i as i64 - offset).rem_euclid(width) as usize];
+                    *floor = add(*floor, weight, light);
                 }
                 continue;
             }
@@ -200,7 +204,7 @@ fn add_row<T: Sample>(
             if first < last {
                 let lit = &line_of_source[(first - offset) as usize..(last - offset) as usize];
                 for (floor, &light) in row[first as usize..last as usize].iter_mut().zip(lit) {
-                    *floor = *floor + weight * light;
+                    *floor = add(*floor, weight, light);
                 }
             }
         }

@@ -117,6 +117,20 @@ pub enum PondError {
         /// The error asked for.
         asked: f64,
     },
+    /// Values that a number format does not hold, or that have no bounds.
+    #[error(
+        "the values of `{name}` reach from {low:.3e} to {high:.3e}, which {format} does not hold; take f32 or f64"
+    )]
+    Range {
+        /// What they are.
+        name: String,
+        /// The smallest.
+        low: f64,
+        /// The largest.
+        high: f64,
+        /// The format.
+        format: String,
+    },
     /// A file that holds no height field.
     #[error("{}: {problem}", .path.display())]
     File {

@@ -9,6 +9,7 @@
 //!
 //! Every grid is row-major, x fastest.
 
+pub mod adjusted;
 mod convolution;
 mod convolve;
 mod distance_table;
@@ -24,6 +25,7 @@ mod normals;
 mod pond;
 mod scene;
 mod shadow;
+mod six_passes;
 mod surface_light;
 mod walls;
 mod wave_equation;
@@ -40,6 +42,7 @@ pub use lobe::downward_share;
 pub use low_rank::{LowRank, LowRankFloor, LowRankReport, LowRankSettings};
 pub use pond::{Form, Illumination, Normals, Outside, Pond, light_tilted_deg};
 pub use scene::{PondScene, Surface, Wave};
+pub use six_passes::{Accumulation, SixPassFloor, SixPassReport, SixPassSettings, SixPasses};
 pub use surface_light::{SurfaceLight, SurfaceReport};
 pub use walls::{WallImages, wall_images};
 pub use wave_equation::{Walls, WaveEquation};

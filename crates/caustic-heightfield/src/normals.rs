@@ -11,33 +11,34 @@ pub(crate) fn slopes(surface: &HeightField, rule: Normals, outside: Outside) -> 
     let [width, height] = surface.size;
     let pitch_m = surface.pitch_m();
     let h = &surface.heights_m;
-    // The two samples whose difference is taken, and how many steps they are apart.
-    let ends = |i: usize, side: usize| -> [usize; 3] {
-        match (rule, outside) {
-            (Normals::Central, Outside::Periodic) => [(i + side - 1) % side, (i + 1) % side, 2],
-            (Normals::OneSided, Outside::Periodic) => [i, (i + 1) % side, 1],
-            (Normals::Central, Outside::Dark) => {
-                let [low, high] = [i.saturating_sub(1), (i + 1).min(side - 1)];
-                [low, high, (high - low).max(1)]
-            }
-            (Normals::OneSided, Outside::Dark) => {
-                let low = i.min(side.saturating_sub(2));
-                [low, (low + 1).min(side - 1), 1]
-            }
-        }
-    };
     let slope = |low: f64, high: f64, steps: usize, pitch: f64| (high - low) / (steps as f64 * pitch);
     (0..height)
         .flat_map(|j| (0..width).map(move |i| (i, j)))
         .map(|(i, j)| {
-            let [west, east, across] = ends(i, width);
-            let [south, north, up] = ends(j, height);
+            let [west, east, across] = ends(i, width, rule, outside);
+            let [south, north, up] = ends(j, height, rule, outside);
             [
                 slope(h[j * width + west], h[j * width + east], across, pitch_m[0]),
                 slope(h[south * width + i], h[north * width + i], up, pitch_m[1]),
             ]
         })
         .collect()
+}
+
+/// The two samples of `side` whose difference is taken at sample `i`, and how many steps they are apart.
+pub(crate) fn ends(i: usize, side: usize, rule: Normals, outside: Outside) -> [usize; 3] {
+    match (rule, outside) {
+        (Normals::Central, Outside::Periodic) => [(i + side - 1) % side, (i + 1) % side, 2],
+        (Normals::OneSided, Outside::Periodic) => [i, (i + 1) % side, 1],
+        (Normals::Central, Outside::Dark) => {
+            let [low, high] = [i.saturating_sub(1), (i + 1).min(side - 1)];
+            [low, high, (high - low).max(1)]
+        }
+        (Normals::OneSided, Outside::Dark) => {
+            let low = i.min(side.saturating_sub(2));
+            [low, (low + 1).min(side - 1), 1]
+        }
+    }
 }
 
 /// The unit normal of a surface with these slopes, upwards.

@@ -156,4 +156,12 @@ impl Illumination {
             Self::Map(levels) => levels[sample],
         }
     }
+
+    /// The largest L_s.
+    pub(crate) fn largest(&self) -> f64 {
+        match self {
+            Self::Uniform(level) => *level,
+            Self::Map(levels) => levels.iter().copied().fold(0.0, f64::max),
+        }
+    }
 }

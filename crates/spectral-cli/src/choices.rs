@@ -1,9 +1,12 @@
 //! Options that take one of a few names. A name that we know and have not built says so.
 
+use std::fmt;
 use std::str::FromStr;
 
 use asm_core::{GapFilling, GlassView, MapFit, Reflections, Refraction, RefractionRule};
-use serde::Serialize;
+use caustic_heightfield::Accumulation;
+use caustic_heightfield::adjusted::{Fixed, Format};
+use serde::{Serialize, Serializer};
 
 /// How light is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -189,20 +192,72 @@ impl FromStr for PondMethod {
 }
 
 /// Numbers that a pond is computed in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "kebab-case")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Precision {
+    /// Frame buffers of so many bits, with the paper's scaled and biased arithmetic.
+    Fixed(Fixed),
+    /// Frame buffers of 16-bit floating point.
+    F16,
     /// 32-bit floating point.
     F32,
     /// 64-bit floating point.
     F64,
 }
 
+impl Precision {
+    /// Whether the paper's six passes are run in frame buffers.
+    pub(crate) fn is_frame_buffer(self) -> bool {
+        matches!(self, Self::Fixed(_) | Self::F16)
+    }
+}
+
+impl fmt::Display for Precision {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Fixed(format) => f.write_str(&format.name()),
+            Self::F16 => f.write_str("f16"),
+            Self::F32 => f.write_str("f32"),
+            Self::F64 => f.write_str("f64"),
+        }
+    }
+}
+
+impl Serialize for Precision {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        serializer.collect_str(self)
+    }
+}
+
 impl FromStr for Precision {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(text, &[("f32", Self::F32), ("f64", Self::F64)], &["f16", "fixed8", "fixed12"])
+        if let Some(bits) = text.strip_prefix("fixed") {
+            let (least, most) = (Fixed::BITS.start(), Fixed::BITS.end());
+            return bits
+                .parse()
+                .ok()
+                .and_then(Fixed::new)
+                .map(Self::Fixed)
+                .ok_or_else(|| format!("fixed point has {least} to {most} bits: fixed8, fixed12"));
+        }
+        match choose(text, &[("f16", Self::F16), ("f32", Self::F32), ("f64", Self::F64)], &[]) {
+            Ok(precision) => Ok(precision),
+            Err(problem) => Err(format!("{problem}, fixed8, fixed12")),
+        }
+    }
+}
+
+/// Where the paper's last pass rounds its sums.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Sums(pub(crate) Accumulation);
+
+impl FromStr for Sums {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let built = [("per-term", Accumulation::PerTerm), ("per-tap", Accumulation::PerTap)];
+        choose(text, &built, &[]).map(Self)
     }
 }
 

@@ -1,16 +1,19 @@
 //! `spectral pond`: the light on the floor of a pond.
 
+mod frame_buffers;
+
 use std::path::{Path, PathBuf};
 
+use caustic_heightfield::adjusted::{F16, Format};
 use caustic_heightfield::{
-    Convolution, ConvolutionSettings, FloorGrid, FloorLight, HeightField, LowRank, LowRankSettings, Pond,
-    PondError, PondScene, Sample, exact,
+    Accumulation, Convolution, ConvolutionSettings, FloorGrid, FloorLight, HeightField, LowRank,
+    LowRankSettings, Pond, PondError, PondScene, Sample, exact,
 };
 use clap::Args;
 use serde::Serialize;
 use serde_json::Value;
 
-use crate::choices::{PondMethod, Precision};
+use crate::choices::{PondMethod, Precision, Sums};
 use crate::error::CliError;
 use crate::output::exr::{Channel, ExrImage};
 use crate::stats::{Stopwatch, json};
@@ -28,9 +31,13 @@ pub(crate) struct PondArgs {
     /// How light is computed: convolution (the paper's), low-rank or exact.
     #[arg(long, value_name = "METHOD", default_value = "low-rank")]
     method: PondMethod,
-    /// What it is computed in: f32 or f64 [default: f64 for exact, else f32].
+    /// What it is computed in: f32 or f64; for convolution also f16, fixed8, fixed12, any fixed4 to fixed16 [default: f64 for exact,
+    /// else f32].
     #[arg(long, value_name = "PRECISION")]
     precision: Option<Precision>,
+    /// Where f16 and fixed-point sums of convolution are rounded: per-term or per-tap [default: per-term].
+    #[arg(long, value_name = "SUMS")]
+    sums: Option<Sums>,
     /// Samples of the surface and the floor on a side [default: 128, or what the surface's file has].
     #[arg(long, value_name = "N", value_parser = values::side, allow_negative_numbers = true)]
     size: Option<usize>,
@@ -79,6 +86,8 @@ pub(crate) fn run(args: &PondArgs) -> Result<(), CliError> {
     let computed = match precision {
         Precision::F32 => args.compute::<f32>(&surface, &scene.pond, &mut times),
         Precision::F64 => args.compute::<f64>(&surface, &scene.pond, &mut times),
+        Precision::F16 => args.frame_buffers(&surface, &scene.pond, F16::default(), &mut times),
+        Precision::Fixed(format) => args.frame_buffers(&surface, &scene.pond, format, &mut times),
     };
     let (light, details) = computed.map_err(CliError::failed)?;
     let warnings = warnings(&light);
@@ -111,8 +120,14 @@ impl PondArgs {
     fn check(&self) -> Result<Precision, CliError> {
         let usage = |problem: &str| Err(CliError::Usage(problem.into()));
         match self.method {
-            PondMethod::Exact if self.precision == Some(Precision::F32) => {
-                usage("--precision f32: --method exact is what others are held against, and is f64")
+            PondMethod::Exact if self.precision.is_some_and(|p| p != Precision::F64) => {
+                usage("--precision: --method exact is what others are held against, and is f64")
+            }
+            PondMethod::LowRank if self.precision.is_some_and(Precision::is_frame_buffer) => {
+                usage("--precision f16 and fixed point are for --method convolution")
+            }
+            _ if self.sums.is_some() && !self.precision.is_some_and(Precision::is_frame_buffer) => {
+                usage("--sums is for --precision f16 and fixed point")
             }
             method if method != PondMethod::LowRank && self.error.is_some() => {
                 usage("--error is for --method low-rank")
@@ -123,6 +138,18 @@ impl PondArgs {
             PondMethod::Exact => Ok(Precision::F64),
             _ => Ok(self.precision.unwrap_or(Precision::F32)),
         }
+    }
+
+    /// The paper's passes in frame buffers.
+    fn frame_buffers(
+        &self,
+        surface: &HeightField,
+        pond: &Pond,
+        format: impl Format,
+        times: &mut Stopwatch,
+    ) -> Result<(FloorLight, Value), PondError> {
+        let sums = self.sums.map_or(Accumulation::default(), |sums| sums.0);
+        frame_buffers::compute(surface, pond, self.kernel, sums, format, self.stats.is_some(), times)
     }
 
     /// The floor, and what the method says about itself.

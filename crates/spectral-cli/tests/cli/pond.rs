@@ -28,6 +28,28 @@ fn methods_agree_as_far_as_they_should() {
     assert!(error("--method convolution --precision f32") > 0.9);
 }
 
+/// The paper's frame buffers: fewer bits, more error, and the statistics say how much and of what.
+#[test]
+fn precision_has_a_price() {
+    let folder = tempfile::tempdir().expect("folder");
+    let error = |options: &str| -> f64 {
+        let command =
+            format!("pond --size 32 --method convolution --kernel 7 {options} -o e.exr --stats s.json");
+        spectral_in(folder.path(), &command).done();
+        let stats: serde_json::Value =
+            serde_json::from_slice(&fs::read(folder.path().join("s.json")).expect("read")).expect("JSON");
+        let passes = &stats["details"]["passes"];
+        assert_eq!(passes["format"], stats["precision"]);
+        assert!(passes["surface"].as_array().is_some_and(|passes| passes.len() > 20), "{passes}");
+        assert!(passes["error_bound"].as_f64().is_some_and(f64::is_finite), "{passes}");
+        stats["details"]["error_against_f64"].as_f64().expect("a number")
+    };
+    let errors = ["fixed8", "fixed12", "fixed16"].map(|bits| error(&format!("--precision {bits}")));
+    assert!(errors[0] > 4.0 * errors[1] && errors[1] > 4.0 * errors[2], "{errors:?}");
+    assert!(error("--precision f16") < errors[0]);
+    assert!(error("--precision fixed8 --sums per-tap") > errors[0]);
+}
+
 #[test]
 fn a_pond_comes_from_a_file() {
     let folder = tempfile::tempdir().expect("folder");
@@ -79,7 +101,10 @@ fn what_is_doubtful_is_said() {
 fn what_makes_no_sense_is_refused() {
     spectral("pond --method photon -o e.exr").bad_usage(&["convolution, low-rank, exact"]);
     spectral("pond --precision f128 -o e.exr").bad_usage(&["f32, f64"]);
-    spectral("pond --method exact --precision f32 -o e.exr").bad_usage(&["--precision f32", "f64"]);
+    spectral("pond --precision fixed3 -o e.exr").bad_usage(&["4 to 16 bits"]);
+    spectral("pond --precision fixed8 -o e.exr").bad_usage(&["--precision", "--method convolution"]);
+    spectral("pond --method convolution --sums per-tap -o e.exr").bad_usage(&["--sums", "fixed"]);
+    spectral("pond --method exact --precision f32 -o e.exr").bad_usage(&["--precision", "f64"]);
     spectral("pond --method exact --error 0.1 -o e.exr").bad_usage(&["--error", "low-rank"]);
     spectral("pond --kernel 7 -o e.exr").bad_usage(&["--kernel", "convolution"]);
     spectral("pond --size 0 -o e.exr").bad_usage(&["--size", "1 to"]);
