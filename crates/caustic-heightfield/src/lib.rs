@@ -12,6 +12,7 @@
 pub mod adjusted;
 mod convolution;
 mod convolve;
+mod dispersion;
 mod distance_table;
 mod error;
 mod exact;
@@ -32,6 +33,7 @@ mod wave_equation;
 
 pub use convolution::{Convolution, ConvolutionSettings};
 pub use convolve::{Convolve, Sample};
+pub use dispersion::{Bands, FloorColor, SEEN_NM, Spread, VISIBLE_TEXELS, ior_below_at};
 pub use distance_table::{DistanceTable, heights_by_table};
 pub use error::PondError;
 pub use exact::exact;
@@ -41,7 +43,7 @@ pub use impulse::{Impulse, Ripple, impulse_heights};
 pub use lobe::downward_share;
 pub use low_rank::{LowRank, LowRankFloor, LowRankReport, LowRankSettings};
 pub use pond::{Form, Illumination, Normals, Outside, Pond, light_tilted_deg};
-pub use scene::{PondScene, Surface, Wave};
+pub use scene::{Moment, PondScene, Surface, Wave, numbered_name};
 pub use six_passes::{Accumulation, SixPassFloor, SixPassReport, SixPassSettings, SixPasses};
 pub use surface_light::{SurfaceLight, SurfaceReport};
 pub use walls::{WallImages, wall_images};

@@ -261,6 +261,23 @@ impl FromStr for Sums {
     }
 }
 
+/// Whether the pond's water refracts wavelengths apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Dispersed {
+    On,
+    Off,
+    /// Where it is visible.
+    Auto,
+}
+
+impl FromStr for Dispersed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        choose(text, &[("on", Self::On), ("off", Self::Off), ("auto", Self::Auto)], &[])
+    }
+}
+
 fn choose<T: Copy>(text: &str, built: &[(&str, T)], planned: &[&str]) -> Result<T, String> {
     if let Some((_, value)) = built.iter().find(|(name, _)| *name == text) {
         return Ok(*value);

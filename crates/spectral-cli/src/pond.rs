@@ -1,53 +1,56 @@
-//! `spectral pond`: the light on the floor of a pond.
+//! `spectral pond`: the light on the floor of a pond, at one time or many.
 
-mod frame_buffers;
+mod color;
+mod method;
+mod output;
 
 use std::path::{Path, PathBuf};
 
-use caustic_heightfield::adjusted::{F16, Format};
-use caustic_heightfield::{
-    Accumulation, Convolution, ConvolutionSettings, FloorGrid, FloorLight, HeightField, LowRank,
-    LowRankSettings, Pond, PondError, PondScene, Sample, exact,
-};
+use caustic_heightfield::{FloorReport, HeightField, Moment, PondScene};
 use clap::Args;
 use serde::Serialize;
-use serde_json::Value;
+use serde_json::{Map, Value};
 
-use crate::choices::{PondMethod, Precision, Sums};
+use crate::choices::{PondMethod, Precision};
 use crate::error::CliError;
-use crate::output::exr::{Channel, ExrImage};
+use crate::progress::Progress;
 use crate::stats::{Stopwatch, json};
-use crate::values::{self, Size};
+use crate::values::{self, Exposure};
 use crate::{messages, targets};
+use color::{ColorArgs, DispersionStats};
+use method::MethodArgs;
+use output::{Output, Series};
 
 /// Samples on a side if nothing else is said.
 const DEFAULT_SIDE: usize = 128;
+/// Seconds between frames if nothing else is said.
+const DEFAULT_STEP_S: f64 = 0.04;
+/// Surfaces of a series that a method is fitted to.
+const EXAMPLES: usize = 8;
 
 #[derive(Debug, Args)]
 pub(crate) struct PondArgs {
     /// JSON file of a pond [default: gentle waves under light from 20 degrees].
     #[arg(long, value_name = "POND.json")]
     scene: Option<PathBuf>,
-    /// How light is computed: convolution (the paper's), low-rank or exact.
-    #[arg(long, value_name = "METHOD", default_value = "low-rank")]
-    method: PondMethod,
-    /// What it is computed in: f32 or f64; for convolution also f16, fixed8, fixed12, any fixed4 to fixed16 [default: f64 for exact,
-    /// else f32].
-    #[arg(long, value_name = "PRECISION")]
-    precision: Option<Precision>,
-    /// Where f16 and fixed-point sums of convolution are rounded: per-term or per-tap [default: per-term].
-    #[arg(long, value_name = "SUMS")]
-    sums: Option<Sums>,
+    #[command(flatten)]
+    how: MethodArgs,
+    #[command(flatten)]
+    color: ColorArgs,
     /// Samples of the surface and the floor on a side [default: 128, or what the surface's file has].
     #[arg(long, value_name = "N", value_parser = values::side, allow_negative_numbers = true)]
     size: Option<usize>,
-    /// Relative RMS error that low-rank stays below [default: 0.01].
-    #[arg(long, value_name = "E", value_parser = values::noise, allow_negative_numbers = true)]
-    error: Option<f64>,
-    /// Samples across the kernels of convolution, odd; 7 is the paper's [default: as far as the pond goes].
-    #[arg(long, value_name = "N", value_parser = values::side, allow_negative_numbers = true)]
-    kernel: Option<usize>,
-    /// EXR file to write: irradiance as channel Y, in the unit of the light's.
+    /// Frames of a series; it starts at the scene's time.
+    #[arg(long, value_name = "N", value_parser = values::frames, allow_negative_numbers = true)]
+    frames: Option<usize>,
+    /// Seconds between frames [default: 0.04].
+    #[arg(long, value_name = "SECONDS", value_parser = values::frame_step, requires = "frames", allow_negative_numbers = true)]
+    step: Option<f64>,
+    /// Factor before the tone map of PNGs: a number, or auto for 1 / the 99th percentile of Y, of a series' first frame.
+    #[arg(long, value_name = "E", default_value = "auto", allow_negative_numbers = true)]
+    exposure: Exposure,
+    /// File to write: .exr for irradiance, as channel Y or with dispersion X Y Z, in the unit of the light's; .png for a picture. For a
+    /// series # signs in its name stand for the frame's number, and an .apng has all frames.
     #[arg(short, long, value_name = "E.exr")]
     output: PathBuf,
     /// JSON file for what was done: reports, warnings and times.
@@ -65,121 +68,110 @@ struct PondStats {
     size: [usize; 2],
     output: String,
     warnings: Vec<String>,
+    /// Of the first frame.
     report: Value,
     /// What the method says about itself.
     details: Value,
-    times_ms: serde_json::Map<String, Value>,
+    dispersion: DispersionStats,
+    frames: Vec<FrameStats>,
+    times_ms: Map<String, Value>,
+}
+
+/// One frame.
+#[derive(Serialize)]
+struct FrameStats {
+    after_s: f64,
+    floor_flux: f64,
+    /// Samples with a state that low-rank was not fitted to and took to be the nearest; values that frame buffers clamped.
+    outside: usize,
+    ms: f64,
 }
 
 pub(crate) fn run(args: &PondArgs) -> Result<(), CliError> {
-    let precision = args.check()?;
-    let file = targets::exr(&args.output)?;
-    let stats_file = targets::stats(args.stats.as_deref(), &file)?;
+    let precision = args.how.precision()?;
+    let asked = args.frames.map(|frames| Series { frames, step_s: args.step.unwrap_or(DEFAULT_STEP_S) });
+    let output = Output::new(&args.output, asked)?;
+    let stats_file = output.stats(args.stats.as_deref())?;
+    let series = asked.unwrap_or(Series { frames: 1, step_s: DEFAULT_STEP_S });
     let mut times = Stopwatch::start();
     let (scene, folder) = open(args.scene.as_deref())?;
-    if let Some(size) = args.size.filter(|_| scene.has_own_grid()) {
-        let problem = format!("--size {size}: this surface has a grid of its own; leave --size out");
-        return Err(CliError::Usage(problem));
-    }
-    let surface = scene.heights([args.size.unwrap_or(DEFAULT_SIDE); 2], &folder).map_err(CliError::failed)?;
-    times.did("surface");
-    let computed = match precision {
-        Precision::F32 => args.compute::<f32>(&surface, &scene.pond, &mut times),
-        Precision::F64 => args.compute::<f64>(&surface, &scene.pond, &mut times),
-        Precision::F16 => args.frame_buffers(&surface, &scene.pond, F16::default(), &mut times),
-        Precision::Fixed(format) => args.frame_buffers(&surface, &scene.pond, format, &mut times),
+    args.check_scene(&scene)?;
+    let heights = |frame: usize| -> Result<HeightField, CliError> {
+        let moment = Moment { frame, after_s: frame as f64 * series.step_s };
+        let size = [args.size.unwrap_or(DEFAULT_SIDE); 2];
+        scene.heights(size, &folder, moment).map_err(CliError::failed)
     };
-    let (light, details) = computed.map_err(CliError::failed)?;
-    let warnings = warnings(&light);
+    let examples = examples(series.frames).map(&heights).collect::<Result<Vec<_>, _>>()?;
+    times.did("surface");
+    let method = args.color.prepare(&scene, &examples, &args.how, args.stats.is_some())?;
+    times.did("prepare");
+
+    let mut frames = Vec::with_capacity(series.frames);
+    let mut first: Option<FloorReport> = None;
+    let progress = Progress::bar("floors");
+    output.write(series, args.exposure, |frame| {
+        let watch = Stopwatch::start();
+        let surface = match frame {
+            0 => examples[0].clone(),
+            _ => heights(frame)?,
+        };
+        let image = method.floor(&surface)?;
+        first.get_or_insert(image.report);
+        frames.push(FrameStats {
+            after_s: frame as f64 * series.step_s,
+            floor_flux: image.report.floor_flux,
+            outside: image.outside,
+            ms: watch.total_ms(),
+        });
+        progress.set((frame + 1) as f64 / series.frames as f64);
+        Ok(image)
+    })?;
+    drop(progress);
+    times.did("floor");
+    let warnings = warnings(first.as_ref(), args.how.method, &frames, examples[0].heights_m.len());
     warnings.iter().for_each(|warning| messages::warn(warning));
-    image(&light)
-        .write(&file)
-        .map_err(|error| CliError::failed(format!("cannot write {}: {error}", args.output.display())))?;
-    times.did("write");
     let Some(stats_file) = stats_file else { return Ok(()) };
     let stats = PondStats {
         command: "pond",
         version: env!("CARGO_PKG_VERSION"),
-        method: args.method,
+        method: args.how.method,
         precision,
-        size: surface.size,
+        size: examples[0].size,
         output: args.output.display().to_string(),
         warnings,
-        report: json(&light.report)?,
-        details,
+        report: json(&first)?,
+        details: method.details(),
+        dispersion: method.stats,
+        frames,
         times_ms: times.finish(),
     };
     targets::write_json(&stats_file, &stats)
 }
 
 impl PondArgs {
-    /// Hold the options against the method.
+    /// Hold the options against the scene.
     ///
     /// # Errors
     /// A usage error that names the option and what would be right.
-    fn check(&self) -> Result<Precision, CliError> {
-        let usage = |problem: &str| Err(CliError::Usage(problem.into()));
-        match self.method {
-            PondMethod::Exact if self.precision.is_some_and(|p| p != Precision::F64) => {
-                usage("--precision: --method exact is what others are held against, and is f64")
-            }
-            PondMethod::LowRank if self.precision.is_some_and(Precision::is_frame_buffer) => {
-                usage("--precision f16 and fixed point are for --method convolution")
-            }
-            _ if self.sums.is_some() && !self.precision.is_some_and(Precision::is_frame_buffer) => {
-                usage("--sums is for --precision f16 and fixed point")
-            }
-            method if method != PondMethod::LowRank && self.error.is_some() => {
-                usage("--error is for --method low-rank")
-            }
-            method if method != PondMethod::Convolution && self.kernel.is_some() => {
-                usage("--kernel is for --method convolution")
-            }
-            PondMethod::Exact => Ok(Precision::F64),
-            _ => Ok(self.precision.unwrap_or(Precision::F32)),
+    fn check_scene(&self, scene: &PondScene) -> Result<(), CliError> {
+        if let Some(size) = self.size.filter(|_| scene.has_own_grid()) {
+            let problem = format!("--size {size}: this surface has a grid of its own; leave --size out");
+            return Err(CliError::Usage(problem));
         }
+        if let Some(frames) = self.frames.filter(|_| !scene.varies()) {
+            return Err(CliError::Usage(format!(
+                "--frames {frames}: this surface stands still; impulses, waves with frequency_rad_s and EXR files with # signs in \
+                 their name do not"
+            )));
+        }
+        Ok(())
     }
+}
 
-    /// The paper's passes in frame buffers.
-    fn frame_buffers(
-        &self,
-        surface: &HeightField,
-        pond: &Pond,
-        format: impl Format,
-        times: &mut Stopwatch,
-    ) -> Result<(FloorLight, Value), PondError> {
-        let sums = self.sums.map_or(Accumulation::default(), |sums| sums.0);
-        frame_buffers::compute(surface, pond, self.kernel, sums, format, self.stats.is_some(), times)
-    }
-
-    /// The floor, and what the method says about itself.
-    fn compute<T: Sample>(
-        &self,
-        surface: &HeightField,
-        pond: &Pond,
-        times: &mut Stopwatch,
-    ) -> Result<(FloorLight, Value), PondError> {
-        let done = match self.method {
-            PondMethod::Exact => (exact(surface, pond, FloorGrid::below(surface))?, Value::Null),
-            PondMethod::Convolution => {
-                let settings = ConvolutionSettings { kernel_samples: self.kernel, ..Default::default() };
-                let method = Convolution::<T>::new(surface.size, surface.extent_m, pond, settings)?;
-                times.did("prepare");
-                let details = serde_json::json!({ "kernel_samples": self.kernel, "fft": method.is_fft() });
-                (method.floor(surface)?, details)
-            }
-            PondMethod::LowRank => {
-                let mut settings = LowRankSettings::default();
-                settings.target_error = self.error.unwrap_or(settings.target_error);
-                let method = LowRank::<T>::new(std::slice::from_ref(surface), pond, settings)?;
-                times.did("prepare");
-                let details = serde_json::json!(method.report());
-                (method.floor(surface)?.light, details)
-            }
-        };
-        times.did("floor");
-        Ok(done)
-    }
+/// Frames from all over a series: the first, the last and what is between.
+fn examples(frames: usize) -> impl Iterator<Item = usize> {
+    let count = frames.min(EXAMPLES);
+    (0..count).map(move |i| i * (frames - 1) / (count - 1).max(1))
 }
 
 /// The pond of a file and the folder that its other files are in.
@@ -192,8 +184,13 @@ fn open(path: Option<&Path>) -> Result<(PondScene, PathBuf), CliError> {
 }
 
 /// What a user should know about this floor.
-fn warnings(light: &FloorLight) -> Vec<String> {
-    let report = &light.report;
+fn warnings(
+    first: Option<&FloorReport>,
+    method: PondMethod,
+    frames: &[FrameStats],
+    samples: usize,
+) -> Vec<String> {
+    let Some(report) = first else { return Vec::new() };
     let surface = &report.surface;
     let mut warnings = Vec::new();
     let counts = [
@@ -217,19 +214,11 @@ fn warnings(light: &FloorLight) -> Vec<String> {
             100.0 * report.periodic_tail
         ));
     }
-    warnings
-}
-
-fn image(light: &FloorLight) -> ExrImage {
-    let [width, height] = light.grid.size.map(|side| side as u32);
-    ExrImage {
-        size: Size { width, height },
-        channels: vec![Channel {
-            name: "Y".into(),
-            samples: light.irradiance.iter().map(|&e| e as f32).collect(),
-        }],
-        comments: "Irradiance on the floor of a pond, in the unit of the light's. Row 0 is the smallest y, column 0 the \
-                   smallest x.",
-        rgb_space: None,
+    let most = frames.iter().map(|frame| frame.outside).max().unwrap_or(0);
+    if method == PondMethod::LowRank && most > samples / 50 {
+        warnings.push(format!(
+            "up to {most} of {samples} samples of a frame have states that low-rank was not fitted to: take a shorter series"
+        ));
     }
+    warnings
 }

@@ -101,6 +101,11 @@ impl Stopwatch {
         self.lap = Instant::now();
     }
 
+    /// Since the start.
+    pub(crate) fn total_ms(&self) -> f64 {
+        milliseconds(self.start)
+    }
+
     /// All tasks, and their `total`.
     pub(crate) fn finish(mut self) -> Map<String, Value> {
         self.times_ms.insert("total".into(), milliseconds(self.start).into());

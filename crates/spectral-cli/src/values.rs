@@ -15,6 +15,8 @@ pub const MAX_TRACED_WAVELENGTHS: usize = 400;
 pub const MAX_THREADS: usize = 1_024;
 /// Most photons a run may ask for: more than any machine gets through, and exact in f64.
 pub const MAX_PHOTONS: f64 = 1e15;
+/// Most frames of a series: more than a minute at any rate that a screen has.
+pub const MAX_FRAMES: u32 = 100_000;
 /// Deepest chain of internal reflections.
 pub const MAX_BOUNCES: u32 = 64;
 
@@ -217,6 +219,25 @@ pub fn bounces(text: &str) -> Result<u32, String> {
 /// Says what would be right.
 pub fn side(text: &str) -> Result<usize, String> {
     whole_number(text, 1, u64::from(MAX_SIDE)).map(|n| n as usize)
+}
+
+/// A number of frames from 1 to [`MAX_FRAMES`].
+///
+/// # Errors
+/// Says what would be right.
+pub fn frames(text: &str) -> Result<usize, String> {
+    whole_number(text, 1, u64::from(MAX_FRAMES)).map(|n| n as usize)
+}
+
+/// Seconds between frames, as an animated PNG can state them: 0.001 to 60.
+///
+/// # Errors
+/// Says what would be right.
+pub fn frame_step(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if (1e-3..=60.0).contains(&x) => Ok(x),
+        _ => Err("expected seconds from 0.001 to 60, such as 0.04".into()),
+    }
 }
 
 fn whole_number(text: &str, min: u64, max: u64) -> Result<u64, String> {

@@ -36,8 +36,7 @@ fn precision_has_a_price() {
         let command =
             format!("pond --size 32 --method convolution --kernel 7 {options} -o e.exr --stats s.json");
         spectral_in(folder.path(), &command).done();
-        let stats: serde_json::Value =
-            serde_json::from_slice(&fs::read(folder.path().join("s.json")).expect("read")).expect("JSON");
+        let stats = stats(folder.path());
         let passes = &stats["details"]["passes"];
         assert_eq!(passes["format"], stats["precision"]);
         assert!(passes["surface"].as_array().is_some_and(|passes| passes.len() > 20), "{passes}");
@@ -68,8 +67,7 @@ fn a_pond_comes_from_a_file() {
     let [low, high] = lit.range_m();
     assert_eq!(lit.size, [41, 41]);
     assert!(low > 0.0 && high > 1.02 * low, "{low} {high}");
-    let stats: serde_json::Value =
-        serde_json::from_slice(&fs::read(folder.path().join("s.json")).expect("read")).expect("JSON");
+    let stats = stats(folder.path());
     assert_eq!((&stats["method"], &stats["precision"]), (&"low-rank".into(), &"f32".into()));
     assert!(stats["details"]["error"].as_f64().expect("a number") <= 0.01);
     assert!(stats["times_ms"]["floor"].is_number());
@@ -83,6 +81,138 @@ fn a_pond_comes_from_a_file() {
     spectral_in(folder.path(), "pond --scene flat.json --method exact -o e.exr").done();
     assert_eq!(floor(folder.path(), "e.exr").size, [7, 5]);
     spectral_in(folder.path(), "pond --scene flat.json --size 9 -o e.exr").bad_usage(&["--size 9", "leave"]);
+}
+
+fn stats(folder: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(folder.join("s.json")).expect("read")).expect("JSON")
+}
+
+/// Colours are computed when asked for, or when a texel or more lies between red and violet; Y stays what it was, nearly.
+#[test]
+fn dispersion_is_computed_where_it_shows() {
+    let folder = tempfile::tempdir().expect("folder");
+    let low = r#"{"pond": {"light_direction": [1.8, 0.0, -1.0]}}"#;
+    fs::write(folder.path().join("low.json"), low).expect("written");
+    let run = |options: &str| {
+        let command = format!("pond --scene low.json --method convolution {options} -o e.exr --stats s.json");
+        (spectral_in(folder.path(), &command).done(), stats(folder.path()))
+    };
+    let (coarse, stats) = run("--size 48");
+    assert!(coarse.stderr.is_empty() && stats["dispersion"]["on"] == false, "{} {stats}", coarse.stderr);
+    assert!(stats["dispersion"]["bands"].is_null());
+    let (fine, stats) = run("--size 400");
+    assert!(fine.stderr.contains("texels apart") && fine.stderr.contains("7 wavelengths"), "{}", fine.stderr);
+    assert_eq!(stats["dispersion"]["bands"]["wavelengths_nm"].as_array().map(Vec::len), Some(7));
+    let (quiet, stats) = run("--size 400 --dispersion off");
+    assert!(quiet.stderr.is_empty() && stats["dispersion"]["spread"]["visible"] == true, "{}", quiet.stderr);
+
+    let channels = |options: &str| -> Vec<String> {
+        spectral_in(folder.path(), &format!("pond --size 16 --method exact {options} -o e.exr")).done();
+        let image =
+            exr::prelude::read_first_flat_layer_from_file(folder.path().join("e.exr")).expect("an EXR");
+        image.layer_data.channel_data.list.iter().map(|c| c.name.to_string()).collect()
+    };
+    assert_eq!(channels(""), ["Y"]);
+    assert_eq!(channels("--dispersion on"), ["X", "Y", "Z"]);
+    assert_eq!(channels("--wavelengths 3"), ["X", "Y", "Z"]);
+    let y = |options: &str| {
+        spectral_in(folder.path(), &format!("pond --size 24 --error 1e-3 {options} -o e.exr")).done();
+        floor(folder.path(), "e.exr").heights_m
+    };
+    let difference = relative_rms(&y("--wavelengths 5"), &y(""));
+    assert!(difference > 1e-6 && difference < 5e-3, "{difference}");
+    spectral("pond --dispersion off --wavelengths 3 -o e.exr")
+        .bad_usage(&["--wavelengths 3", "--dispersion off"]);
+    spectral("pond --dispersion sometimes -o e.exr").bad_usage(&["on, off, auto"]);
+}
+
+/// A series as numbered files and as one animation; each frame is the pond of its time.
+#[test]
+fn a_series_has_a_frame_for_each_moment() {
+    let folder = tempfile::tempdir().expect("folder");
+    let pebble = |time_s: f64| {
+        let text = format!(
+            r#"{{"surface": {{"impulses": {{
+                "ripple": {{"front_m_s": 0.5, "alpha_per_s": 0.4, "beta_per_m": 3.0, "wave_number_rad_m": 60.0, "frequency_rad_s": 30.0}},
+                "impulses": [{{"position_m": [0.4, 0.5], "start_s": 0.0, "amplitude_m": 0.003}}], "time_s": {time_s}}}}}}}"#
+        );
+        fs::write(folder.path().join("pebble.json"), text).expect("written");
+    };
+    pebble(0.5);
+    let run =
+        |options: &str| spectral_in(folder.path(), &format!("pond --scene pebble.json --size 32 {options}"));
+    run("--frames 3 --step 0.25 -o f-##.exr --stats s.json").done();
+    assert_eq!(files_in(folder.path()), ["f-00.exr", "f-01.exr", "f-02.exr", "pebble.json", "s.json"]);
+    let stats = stats(folder.path());
+    assert_eq!(
+        (&stats["frames"][2]["after_s"], stats["frames"].as_array().map(Vec::len)),
+        (&0.5.into(), Some(3))
+    );
+    assert!(stats["frames"][1]["outside"].is_u64() && stats["frames"][1]["ms"].is_f64(), "{stats}");
+    let frames: Vec<HeightField> = (0..3).map(|i| floor(folder.path(), &format!("f-0{i}.exr"))).collect();
+    assert!(relative_rms(&frames[2].heights_m, &frames[0].heights_m) > 0.02);
+    pebble(1.0);
+    run("-o later.exr").done();
+    let later = floor(folder.path(), "later.exr");
+    assert!(relative_rms(&frames[2].heights_m, &later.heights_m) < 0.02);
+
+    run("--frames 4 --step 0.1 -o pond.apng").done();
+    run("--frames 2 -o p#.png").done();
+    let decoder = |file: &str| {
+        let file = fs::File::open(folder.path().join(file)).expect("opened");
+        png::Decoder::new(std::io::BufReader::new(file)).read_info().expect("a PNG")
+    };
+    let mut moving = decoder("pond.apng");
+    assert_eq!(moving.info().animation_control().map(|control| control.num_frames), Some(4));
+    let mut shown = Vec::new();
+    for _ in 0..4 {
+        let mut frame = vec![0; moving.output_buffer_size().expect("a size")];
+        moving.next_frame(&mut frame).expect("a frame");
+        shown.push(frame);
+    }
+    let delay = moving.info().frame_control().map(|control| (control.delay_num, control.delay_den));
+    assert_eq!(delay, Some((100, 1000)));
+    assert!(shown.windows(2).all(|pair| pair[0] != pair[1]));
+    assert!(decoder("p1.png").info().animation_control().is_none());
+}
+
+/// What fails on the way leaves what was there before.
+#[test]
+fn a_series_is_written_whole_or_not_at_all() {
+    let folder = tempfile::tempdir().expect("folder");
+    for frame in 0..2 {
+        let surface = HeightField::flat([8, 8], [1.0, 1.0]).expect("flat");
+        surface.to_exr(&folder.path().join(format!("h{frame}.exr"))).expect("written");
+    }
+    fs::write(folder.path().join("p.json"), r#"{"surface": {"exr": "h#.exr"}}"#).expect("written");
+    fs::write(folder.path().join("e0.exr"), "older").expect("written");
+    let run = |options: &str| {
+        spectral_in(folder.path(), &format!("pond --scene p.json --method convolution {options}"))
+    };
+    let before = files_in(folder.path());
+    // Eight frames are looked at before the work begins; the tenth is missing.
+    run("--frames 2 -o e#.exr").done();
+    assert_eq!(files_in(folder.path()).len(), before.len() + 1);
+    fs::write(folder.path().join("e0.exr"), "older").expect("written");
+    fs::remove_file(folder.path().join("e1.exr")).expect("removed");
+    for frame in 2..20 {
+        if frame != 12 {
+            fs::copy(folder.path().join("h0.exr"), folder.path().join(format!("h{frame}.exr")))
+                .expect("copied");
+        }
+    }
+    let before = files_in(folder.path());
+    for output in ["e#.exr", "e#.png", "e.apng"] {
+        run(&format!("--frames 20 -o {output}")).failed(&["h12.exr"]);
+        assert_eq!(files_in(folder.path()), before, "{output}");
+    }
+    assert_eq!(fs::read_to_string(folder.path().join("e0.exr")).expect("read"), "older");
+    run("--frames 20 -o e.exr").bad_usage(&["# signs", ".apng"]);
+    run("--frames 0 -o e#.exr").bad_usage(&["--frames"]);
+    run("--step 1 -o e.exr").bad_usage(&["--frames"]);
+    run("--frames 2 --step 100 -o e#.exr").bad_usage(&["0.001 to 60"]);
+    run("--frames 2 -o e#.exr --stats e1.exr").bad_usage(&["same file"]);
+    spectral("pond --frames 2 -o e#.exr").bad_usage(&["stands still", "frequency_rad_s"]);
 }
 
 #[test]
@@ -109,7 +239,7 @@ fn what_makes_no_sense_is_refused() {
     spectral("pond --kernel 7 -o e.exr").bad_usage(&["--kernel", "convolution"]);
     spectral("pond --size 0 -o e.exr").bad_usage(&["--size", "1 to"]);
     spectral("pond --method convolution --kernel 6 -o e.exr").failed(&["6", "odd"]);
-    spectral("pond -o e.png").bad_usage(&[".exr"]);
+    spectral("pond -o e.jpg").bad_usage(&[".exr or .png"]);
     let folder = tempfile::tempdir().expect("folder");
     let pond = |text: &str, words: &[&str]| {
         fs::write(folder.path().join("p.json"), text).expect("written");
