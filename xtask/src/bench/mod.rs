@@ -1,5 +1,5 @@
 //! `cargo xtask bench`: the tables 2 and 3 of Blanchette & Agu 2013, and moving frames, measured here on every executor;
-//! with `--peers` the race against other renderers.
+//! with `--peers` the race against other renderers, with `--pond-scipy` the one of the pond against SciPy.
 //!
 //! What is compared is measured in turns, in one run, on one device: shared machines slow down and speed up, ratios stay.
 
@@ -8,6 +8,8 @@ mod frames;
 mod moving;
 mod objects;
 mod peers;
+mod pond;
+mod python;
 mod report;
 
 use std::path::PathBuf;
@@ -44,6 +46,9 @@ pub(crate) struct Args {
     /// Instead: race Mitsuba 3 and LuxCore to equal error; they are installed from the package registries into target/peers.
     #[arg(long)]
     peers: bool,
+    /// Instead: race SciPy's fftconvolve on the pond; it is installed from the package registry into target/peers.
+    #[arg(long, conflicts_with = "peers")]
+    pond_scipy: bool,
     /// Most seconds of a peer's picture; what takes longer is extrapolated.
     #[arg(long, default_value_t = 60.0, value_name = "SECONDS", requires = "peers")]
     peer_seconds: f64,
@@ -77,6 +82,9 @@ impl Column {
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     if args.peers {
         return peers::run(args);
+    }
+    if args.pond_scipy {
+        return pond::run(args);
     }
     let Some(missing) = driver::in_environment() else {
         return driver::restart(Drivers::One);

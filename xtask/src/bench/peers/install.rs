@@ -7,7 +7,8 @@ use std::process::Command;
 use anyhow::{Context, Result};
 
 use crate::apt::{self, Packages};
-use crate::{paths, tool, unpacked};
+use crate::bench::python;
+use crate::{paths, unpacked};
 
 /// As they were raced.
 const WHEELS: [&str; 3] = ["mitsuba==3.9.*", "pyluxcore==2.11.*", "numpy"];
@@ -31,25 +32,7 @@ impl Peers {
     /// Names what is missing: Python, its `venv`, pip, an LLVM, or a way to the registries.
     pub(super) fn install() -> Result<Self> {
         let folder = paths::target().join("peers");
-        let wheels = folder.join("python");
-        let python = wheels.join("bin/python");
-        if !python.is_file() {
-            eprintln!("installing {} into {}", WHEELS.join(", "), wheels.display());
-            let base = tool::on_path("python3").context("the race needs python3, with venv and pip")?;
-            // Not into a partial folder first: the scripts of a virtual environment hold its path.
-            let made = tool::run(Command::new(base).args(["-m", "venv"]).arg(&wheels))
-                .context("python3 has no venv or pip")
-                .and_then(|_| {
-                    let pip = ["-m", "pip", "install", "--quiet", "--disable-pip-version-check"];
-                    tool::run(Command::new(&python).args(pip).args(WHEELS))
-                        .context("pip cannot get the peers")
-                });
-            if let Err(error) = made {
-                // A part of an installation would be taken for a whole one.
-                let _ = std::fs::remove_dir_all(&wheels);
-                return Err(error);
-            }
-        }
+        let python = python::with(&WHEELS, &folder.join("python"))?;
         let llvm = match std::env::var_os(LLVM_PATH) {
             Some(set) => set,
             None => llvm(&folder.join("llvm"))?.into(),
