@@ -2,7 +2,7 @@
 
 use caustic_heightfield::adjusted::{F16, Format};
 use caustic_heightfield::{
-    Convolution, ConvolutionSettings, FloorGrid, FloorLight, HeightField, LowRank, LowRankSettings, Pond,
+    Convolution, ConvolutionSettings, FloorGrid, FloorLight, HeightField, LobeSum, LowRankSettings, Pond,
     PondError, Sample, SixPassSettings, SixPasses, exact, relative_rms,
 };
 use clap::Args;
@@ -126,11 +126,11 @@ impl MethodArgs {
             PondMethod::LowRank => {
                 let mut settings = LowRankSettings::default();
                 settings.target_error = self.error.unwrap_or(settings.target_error);
-                let method = LowRank::<T>::new(examples, pond, settings)?;
+                let method = LobeSum::<T>::new(examples, pond, settings)?;
                 let details = json!(method.report());
                 let floor = move |surface: &HeightField| {
-                    let floor = method.floor(surface)?;
-                    Ok(Floor { light: floor.light, outside: floor.outside_states })
+                    let (light, outside) = method.floor(surface)?;
+                    Ok(Floor { light, outside })
                 };
                 (details, Box::new(floor))
             }

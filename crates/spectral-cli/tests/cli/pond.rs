@@ -70,6 +70,7 @@ fn a_pond_comes_from_a_file() {
     let stats = stats(folder.path());
     assert_eq!((&stats["method"], &stats["precision"]), (&"low-rank".into(), &"f32".into()));
     assert!(stats["details"]["error"].as_f64().expect("a number") <= 0.01);
+    assert_eq!(stats["details"]["way"], "terms");
     assert!(stats["times_ms"]["floor"].is_number());
 
     // Heights of a file have their own size.
