@@ -3,6 +3,7 @@
 //! The lobe is expanded to first order about the vertical, (L_t . P)^n ~ (L_z P_z)^(n - 1) (L_z P_z + n L_x P_x + n L_y P_y) with
 //! n = 2a, and the surface is taken to be at z = 0 (d >> h). Both are good only for light from nearly straight above.
 
+use num_traits::Float;
 use serde::{Deserialize, Serialize};
 
 use crate::convolve::{Convolve, Sample, TermSum, Window};
@@ -11,6 +12,7 @@ use crate::exact::largest_tilt;
 use crate::floor::{FloorGrid, FloorLight, floor_light};
 use crate::height_field::HeightField;
 use crate::lobe::Lobe;
+use crate::plan::{Method, PlanSettings, PondPlan};
 use crate::pond::{Form, Outside, Pond};
 use crate::surface_light::SurfaceLight;
 
@@ -58,6 +60,23 @@ impl<T: Sample> Convolution<T> {
         self.terms.is_fft()
     }
 
+    /// The method as a plan for executors.
+    ///
+    /// # Errors
+    /// No room for impulses, or a table of fewer than 2 entries or levels.
+    pub fn plan(&self, settings: &PlanSettings) -> Result<PondPlan, PondError> {
+        PondPlan::new(
+            &Method {
+                pond: &self.pond,
+                extent_m: self.extent_m,
+                tiles: (self.tiles, self.tail),
+                table: None,
+                terms: &self.terms,
+            },
+            settings,
+        )
+    }
+
     /// The light on the floor below `surface`.
     ///
     /// # Errors
@@ -73,18 +92,30 @@ impl<T: Sample> Convolution<T> {
 
     /// What is convolved (passes 4 and 5): flux L_j (-L_z)^(n - 1) for j = x, y and flux (-L_z)^n for z.
     fn sources(&self, light: &SurfaceLight) -> Vec<Vec<T>> {
-        let n = 2.0 * self.pond.scattering;
+        let exponent = 2.0 * self.pond.scattering - 1.0;
         let mut sources: Vec<Vec<T>> = (0..3).map(|_| Vec::with_capacity(light.flux.len())).collect();
         for (direction, flux) in light.directions.iter().zip(&light.flux) {
-            let [x, y, z] = *direction;
-            // Light that travels upwards meets no floor.
-            let power = if z < 0.0 { flux * (-z).powf(n - 1.0) } else { 0.0 };
-            for (source, component) in sources.iter_mut().zip([x, y, -z]) {
-                source.push(T::rounded(power * component));
+            let products = source_products(*direction, *flux, exponent);
+            for (source, product) in sources.iter_mut().zip(products) {
+                source.push(T::rounded(product));
             }
         }
         sources
     }
+}
+
+/// Flux times (-L_z)^`exponent` times L_x, L_y and -L_z, with `exponent` = n - 1.
+pub(crate) fn source_products<T: Float>([x, y, z]: [T; 3], flux: T, exponent: T) -> [T; 3] {
+    // Light that travels upwards meets no floor.
+    if z >= T::zero() {
+        return [T::zero(); 3];
+    }
+    // In f32 -z says too little about a direction that is nearly vertical: there ln(-z) = ln(1 - x^2 - y^2) / 2.
+    let half = T::one() / (T::one() + T::one());
+    let sin2 = x * x + y * y;
+    let log = if sin2 < half { half * (-sin2).ln_1p() } else { (-z).ln() };
+    let power = flux * (exponent * log).exp();
+    [x, y, -z].map(|component| power * component)
 }
 
 /// The three kernels: what belongs to the x, y and z of L_t.

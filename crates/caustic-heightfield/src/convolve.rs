@@ -102,6 +102,11 @@ impl Window {
         [self.low[0] + (index % self.size[0]) as i64, self.low[1] + (index / self.size[0]) as i64]
     }
 
+    /// The last offset.
+    pub(crate) fn high(&self) -> [i64; 2] {
+        [0, 1].map(|k| self.low[k] + self.size[k] as i64 - 1)
+    }
+
     /// The index of an offset, if it is covered.
     pub(crate) fn index(&self, offset: [i64; 2]) -> Option<usize> {
         let [x, y] = [offset[0] - self.low[0], offset[1] - self.low[1]];
@@ -110,16 +115,34 @@ impl Window {
     }
 }
 
-/// A fixed set of kernels over one window, ready to be applied to images of one size.
-pub(crate) struct TermSum<T: Sample> {
-    size: [usize; 2],
-    terms: usize,
-    way: Way<T>,
+/// A rectangle of a window's offsets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Part {
+    /// Its first column and line, from the window's.
+    pub(crate) first: [usize; 2],
+    /// Its columns and lines.
+    pub(crate) count: [usize; 2],
 }
 
-enum Way<T: Sample> {
-    Spatial { outside: Outside, window: Window, kernels: Vec<Vec<T>> },
-    Fft(Spectra<T>),
+impl Window {
+    /// All of it.
+    pub(crate) fn whole(&self) -> Part {
+        Part { first: [0; 2], count: self.size }
+    }
+}
+
+/// A fixed set of kernels over one window, ready to be applied to images of one size.
+pub(crate) struct TermSum<T: Sample> {
+    pub(crate) size: [usize; 2],
+    pub(crate) outside: Outside,
+    /// Offsets that kernels cover.
+    pub(crate) window: Window,
+    /// One value per offset each.
+    pub(crate) kernels: Vec<Vec<T>>,
+    /// What was asked for.
+    pub(crate) convolve: Convolve,
+    /// Where sums go through them.
+    spectra: Option<Spectra<T>>,
 }
 
 impl<T: Sample> TermSum<T> {
@@ -131,59 +154,59 @@ impl<T: Sample> TermSum<T> {
         kernels: Vec<Vec<T>>,
         convolve: Convolve,
     ) -> Self {
-        let terms = kernels.len();
         let padded = padded_size(size, outside, window);
         let spatial = match convolve {
             Convolve::Spatial => true,
             Convolve::Fft => false,
             Convolve::Auto => spatial_is_cheaper(size, padded, window),
         };
-        let way = if spatial {
-            Way::Spatial { outside, window, kernels }
-        } else {
-            Way::Fft(Spectra::new(size, padded, window, &kernels))
-        };
-        Self { size, terms, way }
+        let spectra = (!spatial).then(|| Spectra::new(size, padded, window, &kernels));
+        Self { size, outside, window, kernels, convolve, spectra }
+    }
+
+    /// The same for plans, which may be asked for another way.
+    pub(crate) fn asked_for(self, convolve: Convolve) -> Self {
+        Self { convolve, ..self }
     }
 
     /// Whether spectra are multiplied.
     pub(crate) fn is_fft(&self) -> bool {
-        matches!(self.way, Way::Fft(_))
+        self.spectra.is_some()
     }
 
     /// The floor of these sources, one image per term.
     pub(crate) fn sum(&self, sources: &[Vec<T>]) -> Vec<T> {
-        debug_assert_eq!(sources.len(), self.terms);
-        match &self.way {
-            Way::Fft(spectra) => spectra.sum(self.size, sources),
-            Way::Spatial { outside, window, kernels } => {
-                let mut floor = vec![T::zero(); self.size[0] * self.size[1]];
-                floor.par_chunks_mut(self.size[0]).enumerate().for_each(|(j, row)| {
-                    for (kernel, source) in kernels.iter().zip(sources) {
-                        let add = |floor: T, weight: T, light: T| floor + weight * light;
-                        add_row(row, j, self.size, *outside, *window, kernel, source, add);
-                    }
-                });
-                floor
-            }
+        debug_assert_eq!(sources.len(), self.kernels.len());
+        if let Some(spectra) = &self.spectra {
+            return spectra.sum(self.size, sources);
         }
+        let mut floor = vec![T::zero(); self.size[0] * self.size[1]];
+        floor.par_chunks_mut(self.size[0]).enumerate().for_each(|(j, row)| {
+            for (kernel, source) in self.kernels.iter().zip(sources) {
+                let part = (self.window, self.window.whole());
+                let add = |floor: T, weight: T, light: T| floor + weight * light;
+                add_row(row, j, self.size, self.outside, part, kernel, source, add);
+            }
+        });
+        floor
     }
 }
 
-/// Add one term's part to row `j` of the floor, tap after tap: `add(floor, weight, light)`.
+/// Add what comes to row `j` of the floor through a part of one term's kernel, tap after tap: `add(floor, weight, light)`.
 #[expect(clippy::too_many_arguments, reason = "an image, a kernel and where they are")]
 pub(crate) fn add_row<C: Copy, T: Copy>(
     row: &mut [C],
     j: usize,
     size: [usize; 2],
     outside: Outside,
-    window: Window,
+    (window, part): (Window, Part),
     kernel: &[T],
     source: &[T],
     add: impl Fn(C, T, T) -> C,
 ) {
     let [width, height] = size.map(|side| side as i64);
-    for (line, weights) in kernel.chunks(window.size[0]).enumerate() {
+    for line in part.first[1]..part.first[1] + part.count[1] {
+        let weights = &kernel[line * window.size[0] + part.first[0]..][..part.count[0]];
         let from = j as i64 - (window.low[1] + line as i64);
         let from = match outside {
             Outside::Periodic => from.rem_euclid(height),
@@ -192,7 +215,7 @@ pub(crate) fn add_row<C: Copy, T: Copy>(
         };
         let line_of_source = &source[from as usize * size[0]..][..size[0]];
         for (column, &weight) in weights.iter().enumerate() {
-            let offset = window.low[0] + column as i64;
+            let offset = window.low[0] + (part.first[0] + column) as i64;
             if outside == Outside::Periodic {
                 for (i, floor) in row.iter_mut().enumerate() {
                     let light = line_of_source[(i as i64 - offset).rem_euclid(width) as usize];
@@ -216,10 +239,7 @@ fn padded_size(size: [usize; 2], outside: Outside, window: Window) -> [usize; 2]
     if outside == Outside::Periodic {
         return size;
     }
-    [0, 1].map(|k| {
-        let high = window.low[k] + window.size[k] as i64 - 1;
-        smooth_at_least(size[k] + window.low[k].abs().max(high).max(0) as usize)
-    })
+    [0, 1].map(|k| smooth_at_least(size[k] + window.low[k].abs().max(window.high()[k]).max(0) as usize))
 }
 
 /// The smallest number from `least` on that has no prime factor above 5.
@@ -239,7 +259,7 @@ fn smooth_at_least(least: usize) -> usize {
 
 /// Multiplications of a term in space against those of its share of transforms, measured on x86-64: a point of a transform costs
 /// some 4 log2(points) multiplications of a row.
-fn spatial_is_cheaper(size: [usize; 2], padded: [usize; 2], window: Window) -> bool {
+pub(crate) fn spatial_is_cheaper(size: [usize; 2], padded: [usize; 2], window: Window) -> bool {
     let points = (padded[0] * padded[1]) as f64;
     let spatial = (size[0] * size[1]) as f64 * window.len() as f64;
     spatial < 4.0 * points * points.log2().max(1.0)

@@ -50,13 +50,23 @@ impl DistanceTable {
         self.level_m
     }
 
-    /// The entry for an offset in samples from the impulse, if the table reaches that far.
-    fn code(&self, offset: [i64; 2]) -> Option<usize> {
-        let [width, height] = self.size.map(|side| 4 * side as i64);
-        let [u, v] = [offset[0] + width / 2, offset[1] + height / 2];
-        let inside = (0..width).contains(&u) && (0..height).contains(&v);
-        inside.then(|| self.codes[(v * width + u) as usize] as usize)
+    /// Levels of distance, row by row.
+    pub(crate) fn codes(&self) -> &[u32] {
+        &self.codes
     }
+}
+
+/// The entry for an offset in samples from the impulse, if the table of a pond of this `size` reaches that far.
+pub(crate) fn entry(size: [usize; 2], offset: [i64; 2]) -> Option<usize> {
+    let [width, height] = size.map(|side| 4 * side as i64);
+    let [u, v] = [offset[0] + width / 2, offset[1] + height / 2];
+    let inside = (0..width).contains(&u) && (0..height).contains(&v);
+    inside.then(|| (v * width + u) as usize)
+}
+
+/// The sample that an impulse falls on; it may lie outside of the pond.
+pub(crate) fn nearest_sample(size: [usize; 2], extent_m: [f64; 2], position_m: [f64; 2]) -> [i64; 2] {
+    [0, 1].map(|k| (position_m[k] / (extent_m[k] / size[k] as f64) - 0.5).round() as i64)
 }
 
 /// The surface at `time_s` through the table: impulses fall on the nearest sample and distances are the table's, otherwise as
@@ -80,15 +90,11 @@ pub fn heights_by_table(
         for (level, h) in row_of_h.iter_mut().enumerate() {
             *h = source.amplitude_m * ripple.at(age_s, level as f64 * table.level_m);
         }
-        // The sample that the impulse falls on; it may lie outside of the pond.
-        let sample = [0, 1].map(|k| {
-            let pitch_m = extent_m[k] / size[k] as f64;
-            (source.position_m[k] / pitch_m - 0.5).round() as i64
-        });
+        let sample = nearest_sample(size, extent_m, source.position_m);
         for (i, height) in heights_m.iter_mut().enumerate() {
             let offset = [(i % size[0]) as i64 - sample[0], (i / size[0]) as i64 - sample[1]];
-            if let Some(code) = table.code(offset) {
-                *height += row_of_h[code];
+            if let Some(entry) = entry(size, offset) {
+                *height += row_of_h[table.codes[entry] as usize];
             }
         }
     }

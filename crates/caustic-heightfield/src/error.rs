@@ -105,6 +105,23 @@ pub enum PondError {
         /// The least that is taken.
         min: f64,
     },
+    /// More impulses and images than a plan has room for.
+    #[error("{got} impulses and images make waves in the pond; the plan has room for {max}")]
+    Impulses {
+        /// How many there are.
+        got: usize,
+        /// The most.
+        max: usize,
+    },
+    /// A change that kernels do not follow.
+    #[error("{what} of the pond is another than the one that the plan's kernels were made for; make it anew")]
+    OtherKernels {
+        /// What differs.
+        what: &'static str,
+    },
+    /// A plan that did not run.
+    #[error(transparent)]
+    Execute(#[from] frame_plan::ExecuteError),
     /// An error that more terms than allowed would be needed for.
     #[error(
         "{terms} terms leave an error of {reached:.2e}, {asked:.2e} was asked for; allow more, ask for less, or use `exact`"

@@ -91,7 +91,7 @@ pub(crate) fn floor_light(
     let report = FloorReport {
         surface: light.report,
         floor_flux: irradiance.iter().sum::<f64>() * grid.cell_m2(),
-        lobe_samples: lobe_samples(surface, pond),
+        lobe_samples: lobe_samples(surface.pitch_m(), pond),
         periodic_tiles,
         periodic_tail,
     };
@@ -99,9 +99,8 @@ pub(crate) fn floor_light(
 }
 
 /// Standard deviation of the lobe on the floor, in samples: cos^(2a) is nearly a Gaussian of variance 1 / (2a) in angle.
-pub(crate) fn lobe_samples(surface: &HeightField, pond: &Pond) -> f64 {
+pub(crate) fn lobe_samples([dx, dy]: [f64; 2], pond: &Pond) -> f64 {
     let sigma_m = pond.depth_m / (2.0 * pond.scattering).max(1.0).sqrt();
-    let [dx, dy] = surface.pitch_m();
     sigma_m / dx.max(dy)
 }
 

@@ -1,6 +1,7 @@
 //! Heights of a water surface on a rectangular grid.
 
 use crate::error::{PondError, check_positive};
+use crate::pond::Outside;
 
 /// Most samples on a side.
 pub(crate) const MAX_SIDE: usize = 1 << 14;
@@ -78,12 +79,37 @@ impl HeightField {
         [0, 1].map(|k| self.extent_m[k] / self.size[k] as f64)
     }
 
+    /// The heights with what is around them.
+    pub(crate) fn view(&self, outside: Outside) -> Heights<'_, f64> {
+        Heights { size: self.size, pitch_m: self.pitch_m(), outside, heights_m: &self.heights_m }
+    }
+
     /// Lowest and highest height, metres.
     #[must_use]
     pub fn range_m(&self) -> [f64; 2] {
         self.heights_m
             .iter()
             .fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], &h| [low.min(h), high.max(h)])
+    }
+}
+
+/// Heights as the sums over them see them, in f32 or f64.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Heights<'a, T> {
+    /// Samples in x and y.
+    pub(crate) size: [usize; 2],
+    /// Distance between neighbours, metres.
+    pub(crate) pitch_m: [T; 2],
+    /// What is outside of the grid.
+    pub(crate) outside: Outside,
+    /// Heights, metres.
+    pub(crate) heights_m: &'a [T],
+}
+
+impl<T: Copy> Heights<'_, T> {
+    /// The height at sample (i, j), metres.
+    pub(crate) fn at(&self, i: usize, j: usize) -> T {
+        self.heights_m[j * self.size[0] + i]
     }
 }
 

@@ -3,6 +3,9 @@
 //! h(t, d) = A exp(-beta (f(t) - d)) exp(-alpha t) sin(K d - omega t) behind the wavefront f(t) = c t, and 0 ahead of
 //! it (d > f(t)), where the printed exponential would grow, and before the pebble falls (t < 0).
 
+use std::f64::consts::TAU;
+
+use num_traits::{Float, FloatConst};
 use serde::{Deserialize, Serialize};
 
 use crate::error::{PondError, check_at_least, check_finite, check_positive};
@@ -54,12 +57,45 @@ impl Ripple {
     /// h(t, d) for an amplitude of 1: `age_s` after the pebble fell, at `distance_m` from it.
     #[must_use]
     pub fn at(&self, age_s: f64, distance_m: f64) -> f64 {
-        let behind_m = self.front_m_s * age_s - distance_m;
-        if age_s < 0.0 || behind_m < 0.0 {
+        if age_s < 0.0 {
             return 0.0;
         }
-        let damping = (-self.beta_per_m * behind_m - self.alpha_per_s * age_s).exp();
-        damping * (self.wave_number_rad_m * distance_m - self.frequency_rad_s * age_s).sin()
+        self.ring(age_s, 1.0).height(self.beta_per_m, self.wave_number_rad_m / TAU, distance_m)
+    }
+
+    /// The wave of a pebble that fell `age_s` ago, 0 or more.
+    pub(crate) fn ring(&self, age_s: f64, amplitude_m: f64) -> Ring<f64> {
+        let turns = self.frequency_rad_s * age_s / TAU;
+        Ring {
+            front_m: self.front_m_s * age_s,
+            amplitude_m: amplitude_m * (-self.alpha_per_s * age_s).exp(),
+            phase_turns: turns - turns.floor(),
+        }
+    }
+}
+
+/// The wave of one pebble at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Ring<T> {
+    /// How far it has come, metres.
+    pub(crate) front_m: T,
+    /// Height at the front, metres: A exp(-alpha t).
+    pub(crate) amplitude_m: T,
+    /// omega t / (2 pi), without whole turns.
+    pub(crate) phase_turns: T,
+}
+
+impl<T: Float + FloatConst> Ring<T> {
+    /// h(t, d); `turns_per_m` is K / (2 pi).
+    pub(crate) fn height(&self, beta_per_m: T, turns_per_m: T, distance_m: T) -> T {
+        let behind_m = self.front_m - distance_m;
+        if behind_m < T::zero() {
+            return T::zero();
+        }
+        // Without whole turns, so that f32 and GPUs, whose sine is right around 0, know it as well.
+        let turns = turns_per_m * distance_m - self.phase_turns;
+        let wave = (T::TAU() * (turns - turns.round())).sin();
+        self.amplitude_m * (-beta_per_m * behind_m).exp() * wave
     }
 }
 

@@ -1,28 +1,33 @@
 //! Normals of a height field (pass 1 of the paper).
 
-use crate::height_field::HeightField;
+use num_traits::Float;
+
+use crate::height_field::{HeightField, Heights};
 use crate::pond::{Normals, Outside};
 
 /// Slopes (dh/dx, dh/dy) at every sample.
+pub(crate) fn slopes(surface: &HeightField, rule: Normals, outside: Outside) -> Vec<[f64; 2]> {
+    let heights = surface.view(outside);
+    let width = surface.size[0];
+    (0..heights.heights_m.len()).map(|s| slopes_at(&heights, rule, s % width, s / width)).collect()
+}
+
+/// Slopes at sample (i, j).
 ///
 /// At the edge of a periodic pond the neighbour is the sample on the other side; else the difference is taken inwards. A pond of
 /// one sample is level.
-pub(crate) fn slopes(surface: &HeightField, rule: Normals, outside: Outside) -> Vec<[f64; 2]> {
+pub(crate) fn slopes_at<T: Float>(surface: &Heights<'_, T>, rule: Normals, i: usize, j: usize) -> [T; 2] {
     let [width, height] = surface.size;
-    let pitch_m = surface.pitch_m();
-    let h = &surface.heights_m;
-    let slope = |low: f64, high: f64, steps: usize, pitch: f64| (high - low) / (steps as f64 * pitch);
-    (0..height)
-        .flat_map(|j| (0..width).map(move |i| (i, j)))
-        .map(|(i, j)| {
-            let [west, east, across] = ends(i, width, rule, outside);
-            let [south, north, up] = ends(j, height, rule, outside);
-            [
-                slope(h[j * width + west], h[j * width + east], across, pitch_m[0]),
-                slope(h[south * width + i], h[north * width + i], up, pitch_m[1]),
-            ]
-        })
-        .collect()
+    let slope = |low: T, high: T, steps: usize, pitch: T| {
+        let steps = if steps == 2 { T::one() + T::one() } else { T::one() };
+        (high - low) / (steps * pitch)
+    };
+    let [west, east, across] = ends(i, width, rule, surface.outside);
+    let [south, north, up] = ends(j, height, rule, surface.outside);
+    [
+        slope(surface.at(west, j), surface.at(east, j), across, surface.pitch_m[0]),
+        slope(surface.at(i, south), surface.at(i, north), up, surface.pitch_m[1]),
+    ]
 }
 
 /// The two samples of `side` whose difference is taken at sample `i`, and how many steps they are apart.
@@ -42,7 +47,7 @@ pub(crate) fn ends(i: usize, side: usize, rule: Normals, outside: Outside) -> [u
 }
 
 /// The unit normal of a surface with these slopes, upwards.
-pub(crate) fn normal_of_slopes([sx, sy]: [f64; 2]) -> [f64; 3] {
-    let length = (1.0 + sx * sx + sy * sy).sqrt();
-    [-sx / length, -sy / length, 1.0 / length]
+pub(crate) fn normal_of_slopes<T: Float>([sx, sy]: [T; 2]) -> [T; 3] {
+    let length = (T::one() + sx * sx + sy * sy).sqrt();
+    [-sx / length, -sy / length, T::one() / length]
 }

@@ -1,78 +1,142 @@
 //! Where the surface shades itself. The paper assumes that it does not.
 
+use num_traits::Float;
 use rayon::prelude::*;
 
-use crate::height_field::HeightField;
+use crate::height_field::{HeightField, Heights};
 use crate::pond::Outside;
 
 /// Steps along a ray per sample that it crosses.
-const STEPS_PER_SAMPLE: f64 = 2.0;
+pub(crate) const STEPS_PER_SAMPLE: f64 = 2.0;
 /// Share of the pitch by which a shadow must be deep, so that a facet does not shade itself by rounding.
 const DEPTH: f64 = 1e-6;
+/// Most steps along a ray.
+const MAX_STEPS: usize = 10_000_000;
 
-/// Which samples do not see the light, whose unit direction of travel is `light`.
-///
-/// Rays are marched over the bilinear surface, half a sample at a time.
-pub(crate) fn self_shadowed(surface: &HeightField, light: [f64; 3], outside: Outside) -> Vec<bool> {
-    let [width, height] = surface.size;
-    let pitch_m = surface.pitch_m();
-    let across = light[0].hypot(light[1]);
-    let [lowest, highest] = surface.range_m();
-    if across == 0.0 || !may_shade(surface, -light[2] / across) {
-        return vec![false; width * height];
-    }
-    // Towards the light, in samples per step, and how much the ray rises in one.
-    let step_m = pitch_m[0].min(pitch_m[1]) / STEPS_PER_SAMPLE;
-    let step = [0, 1].map(|k| -light[k] / across * step_m / pitch_m[k]);
-    let rise_m = -light[2] / across * step_m;
-    let steps = (((highest - lowest) / rise_m).ceil()).min(1e7) as usize;
-    let lit = |i: usize, j: usize| {
-        let start_m = surface.heights_m[j * width + i];
-        (1..=steps).all(|n| {
-            let n = n as f64;
-            let ray_m = start_m + n * rise_m;
-            match interpolated(surface, [i as f64 + n * step[0], j as f64 + n * step[1]], outside) {
-                Some(h) => h <= ray_m + DEPTH * step_m,
-                None => true,
-            }
-        })
-    };
-    (0..width * height).into_par_iter().map(|s| !lit(s % width, s / width)).collect()
+/// What of a surface decides whether it can shade itself.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Relief<T> {
+    /// Its highest sample, metres.
+    pub(crate) highest_m: T,
+    /// Largest slope between neighbours in x or y, on the torus too.
+    pub(crate) steepest: T,
 }
 
-/// Whether any slope between neighbours, on the torus too, is steeper than the light.
-fn may_shade(surface: &HeightField, tangent: f64) -> bool {
+impl<T: Float> Relief<T> {
+    /// Of the sample (i, j) and its next neighbours.
+    pub(crate) fn of(surface: &Heights<'_, T>, i: usize, j: usize) -> Self {
+        let [width, height] = surface.size;
+        let here = surface.at(i, j);
+        let east = (surface.at((i + 1) % width, j) - here) / surface.pitch_m[0];
+        let north = (surface.at(i, (j + 1) % height) - here) / surface.pitch_m[1];
+        Self { highest_m: here, steepest: east.abs().max(north.abs()) }
+    }
+
+    /// Of both.
+    pub(crate) fn or(self, other: Self) -> Self {
+        Self { highest_m: self.highest_m.max(other.highest_m), steepest: self.steepest.max(other.steepest) }
+    }
+}
+
+/// Rays from the surface towards the light, in steps of half a sample over the bilinear surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct March<T> {
+    /// Samples in x and y per step.
+    pub(crate) step: [T; 2],
+    /// How much a ray rises in a step, metres.
+    pub(crate) rise_m: T,
+    /// How deep a shadow must be, metres.
+    pub(crate) depth_m: T,
+    /// Rise over run of a ray; infinite where the light is vertical, and nothing shades anything.
+    pub(crate) tangent: T,
+}
+
+impl<T: Float> March<T> {
+    /// Towards a light whose unit direction of travel is `light`.
+    pub(crate) fn new(pitch_m: [T; 2], light: [T; 3]) -> Self {
+        let real = |x: f64| T::from(x).expect("f32 and f64 hold it");
+        let across = light[0].hypot(light[1]);
+        if across == T::zero() {
+            return Self {
+                step: [T::zero(); 2],
+                rise_m: T::zero(),
+                depth_m: T::zero(),
+                tangent: T::infinity(),
+            };
+        }
+        let step_m = pitch_m[0].min(pitch_m[1]) / real(STEPS_PER_SAMPLE);
+        Self {
+            step: [0, 1].map(|k| -light[k] / across * step_m / pitch_m[k]),
+            rise_m: -light[2] / across * step_m,
+            depth_m: real(DEPTH) * step_m,
+            tangent: -light[2] / across,
+        }
+    }
+
+    /// Whether any slope of a surface, both slopes of a bilinear cell at once, is steeper than the light.
+    pub(crate) fn may_shade(&self, relief: &Relief<T>) -> bool {
+        let diagonal = T::from(std::f64::consts::SQRT_2).expect("f32 and f64 hold it");
+        relief.steepest * diagonal > self.tangent
+    }
+
+    /// Whether the surface is between its sample (i, j) and the light, looking no farther than `most_steps`.
+    pub(crate) fn meets(
+        &self,
+        surface: &Heights<'_, T>,
+        highest_m: T,
+        most_steps: usize,
+        [i, j]: [usize; 2],
+    ) -> bool {
+        let real = |n: usize| T::from(n).expect("f32 and f64 hold it");
+        let start_m = surface.at(i, j);
+        for step in 1..=most_steps {
+            let n = real(step);
+            let ray_m = start_m + n * self.rise_m;
+            if ray_m > highest_m {
+                return false;
+            }
+            let at = [real(i) + n * self.step[0], real(j) + n * self.step[1]];
+            match interpolated(surface, at) {
+                Some(h) if h > ray_m + self.depth_m => return true,
+                Some(_) => {}
+                None => return false,
+            }
+        }
+        false
+    }
+}
+
+/// Which samples do not see the light, whose unit direction of travel is `light`.
+pub(crate) fn self_shadowed(surface: &HeightField, light: [f64; 3], outside: Outside) -> Vec<bool> {
+    let surface = &surface.view(outside);
     let [width, height] = surface.size;
-    let pitch_m = surface.pitch_m();
-    let h = &surface.heights_m;
-    let steepest = (0..width * height).fold(0.0_f64, |steepest, s| {
-        let (i, j) = (s % width, s / width);
-        let east = (h[j * width + (i + 1) % width] - h[s]) / pitch_m[0];
-        let north = (h[(j + 1) % height * width + i] - h[s]) / pitch_m[1];
-        steepest.max(east.abs()).max(north.abs())
-    });
-    // Both slopes of a bilinear cell at once.
-    steepest * std::f64::consts::SQRT_2 > tangent
+    let samples = width * height;
+    let march = March::new(surface.pitch_m, light);
+    let nothing = Relief { highest_m: f64::NEG_INFINITY, steepest: 0.0 };
+    let relief = (0..samples).map(|s| Relief::of(surface, s % width, s / width)).fold(nothing, Relief::or);
+    if !march.may_shade(&relief) {
+        return vec![false; samples];
+    }
+    let behind = |s: usize| march.meets(surface, relief.highest_m, MAX_STEPS, [s % width, s / width]);
+    (0..samples).into_par_iter().map(behind).collect()
 }
 
 /// The height at a place in samples; `None` outside of a pond that ends.
-fn interpolated(surface: &HeightField, at: [f64; 2], outside: Outside) -> Option<f64> {
-    let size = surface.size;
-    let corner = |k: usize| -> Option<(usize, usize, f64)> {
-        let (low, side) = (at[k].floor(), size[k]);
-        let inside = (0.0..=(side - 1) as f64).contains(&at[k]);
-        if outside == Outside::Dark && !inside {
-            return None;
+fn interpolated<T: Float>(surface: &Heights<'_, T>, at: [T; 2]) -> Option<T> {
+    let corner = |k: usize| -> Option<(usize, usize, T)> {
+        let (low, side) = (at[k].floor(), surface.size[k] as i64);
+        let index = low.to_i64()?;
+        let share = at[k] - low;
+        let inside = index >= 0 && (index < side - 1 || (index == side - 1 && share == T::zero()));
+        match surface.outside {
+            Outside::Dark if !inside => None,
+            Outside::Dark => Some((index as usize, (index + 1).min(side - 1) as usize, share)),
+            Outside::Periodic => {
+                Some((index.rem_euclid(side) as usize, (index + 1).rem_euclid(side) as usize, share))
+            }
         }
-        let low_index = low.rem_euclid(side as f64) as usize % side;
-        let high_index = match outside {
-            Outside::Dark => (low_index + 1).min(side - 1),
-            Outside::Periodic => (low_index + 1) % side,
-        };
-        Some((low_index, high_index, at[k] - low))
     };
     let ((west, east, u), (south, north, v)) = (corner(0)?, corner(1)?);
-    let h = |i: usize, j: usize| surface.heights_m[j * size[0] + i];
-    let row = |j: usize| h(west, j) * (1.0 - u) + h(east, j) * u;
-    Some(row(south) * (1.0 - v) + row(north) * v)
+    let row = |j: usize| surface.at(west, j) * (T::one() - u) + surface.at(east, j) * u;
+    Some(row(south) * (T::one() - v) + row(north) * v)
 }

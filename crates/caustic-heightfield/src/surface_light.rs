@@ -2,12 +2,13 @@
 
 use rayon::prelude::*;
 use serde::Serialize;
-use spectral_core::optics::{Refraction, refract};
+use spectral_core::optics::{Real, Refraction, refract};
 
 use crate::error::PondError;
 use crate::height_field::HeightField;
 use crate::normals::{normal_of_slopes, slopes};
 use crate::pond::{Form, Pond};
+use crate::refraction_table::RefractionTable;
 use crate::shadow::self_shadowed;
 
 /// Light just below the surface, one beam per sample.
@@ -48,29 +49,79 @@ pub struct SurfaceReport {
 /// Samples that are worth a task of their own.
 const CHUNK: usize = 512;
 
-/// What became of the light at one sample.
-struct Beam {
-    fate: Fate,
-    direction: [f64; 3],
-    incident: f64,
-    flux: f64,
+/// Light as every sample of the surface meets it.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Sun<'a, T> {
+    /// L_i.
+    pub(crate) direction: [T; 3],
+    /// n_t / n_i.
+    pub(crate) eta: T,
+    /// Area of a sample from above, square metres.
+    pub(crate) cell_m2: T,
+    /// Facets are 1 / N_z times that large, which the paper leaves out.
+    pub(crate) facets_are_larger: bool,
+    /// Gamma and T where they are looked up.
+    pub(crate) table: Option<RefractionTable<'a, T>>,
 }
 
-enum Fate {
+/// What became of the light at one sample.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Beam<T> {
+    pub(crate) fate: Fate,
+    /// L_t; straight down where no light passes.
+    pub(crate) direction: [T; 3],
+    /// Flux that reaches the facet.
+    pub(crate) incident: T,
+    /// Flux that passes it.
+    pub(crate) flux: T,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Fate {
     Passed,
     TurnedAway,
     SelfShadowed,
     TotallyReflected,
 }
 
-impl Beam {
-    fn dark(fate: Fate, incident: f64) -> Self {
-        Self { fate, direction: [0.0, 0.0, -1.0], incident, flux: 0.0 }
+impl<T: Real> Sun<'_, T> {
+    /// The light below a facet with these slopes, which `illumination` reaches unless the facet is behind others.
+    pub(crate) fn beam(&self, slopes: [T; 2], illumination: T, shadowed: impl FnOnce() -> bool) -> Beam<T> {
+        let normal = normal_of_slopes(slopes);
+        let light = self.direction;
+        let cos_i = -(light[0] * normal[0] + light[1] * normal[1] + light[2] * normal[2]);
+        if cos_i <= T::zero() {
+            return Beam::dark(Fate::TurnedAway, T::zero());
+        }
+        if shadowed() {
+            return Beam::dark(Fate::SelfShadowed, T::zero());
+        }
+        let facet_m2 = if self.facets_are_larger { self.cell_m2 / normal[2] } else { self.cell_m2 };
+        let incident = illumination * cos_i * facet_m2;
+        let refracted = match &self.table {
+            Some(table) => table.refract(light, normal, cos_i, self.eta),
+            None => match refract(light, normal, self.eta) {
+                Refraction::Transmitted(direction, fresnel) => Some((direction, fresnel.transmitted)),
+                Refraction::TotalReflection => None,
+            },
+        };
+        match refracted {
+            Some((direction, transmitted)) => {
+                Beam { fate: Fate::Passed, direction, incident, flux: incident * transmitted }
+            }
+            None => Beam::dark(Fate::TotallyReflected, incident),
+        }
+    }
+}
+
+impl<T: Real> Beam<T> {
+    fn dark(fate: Fate, incident: T) -> Self {
+        Self { fate, direction: [T::zero(), T::zero(), -T::one()], incident, flux: T::zero() }
     }
 }
 
 impl SurfaceReport {
-    fn count(&mut self, beam: &Beam, steepness: f64) {
+    fn count(&mut self, beam: &Beam<f64>, steepness: f64) {
         self.steepest_slope = self.steepest_slope.max(steepness);
         self.past_45_degrees += usize::from(steepness > 1.0);
         self.incident_flux += beam.incident;
@@ -92,36 +143,22 @@ impl SurfaceLight {
     pub fn new(surface: &HeightField, pond: &Pond) -> Result<Self, PondError> {
         pond.check(surface)?;
         let light = pond.unit_light_direction();
-        let eta = pond.eta();
-        let cell_m2 = surface.pitch_m().iter().product::<f64>();
         let shadows = match pond.form {
             Form::Physical => self_shadowed(surface, light, pond.outside),
             Form::Paper => vec![false; surface.heights_m.len()],
         };
-        let beam = |(sample, slope): (usize, &[f64; 2])| {
-            let normal = normal_of_slopes(*slope);
-            let cos_i = -(light[0] * normal[0] + light[1] * normal[1] + light[2] * normal[2]);
-            let facet_m2 = match pond.form {
-                Form::Physical => cell_m2 / normal[2],
-                Form::Paper => cell_m2,
-            };
-            let incident = pond.illumination.at(sample) * cos_i * facet_m2;
-            if cos_i <= 0.0 {
-                return Beam::dark(Fate::TurnedAway, 0.0);
-            }
-            if shadows[sample] {
-                return Beam::dark(Fate::SelfShadowed, 0.0);
-            }
-            match refract(light, normal, eta) {
-                Refraction::Transmitted(direction, fresnel) => {
-                    let flux = incident * fresnel.transmitted;
-                    Beam { fate: Fate::Passed, direction, incident, flux }
-                }
-                Refraction::TotalReflection => Beam::dark(Fate::TotallyReflected, incident),
-            }
+        let sun = Sun {
+            direction: light,
+            eta: pond.eta(),
+            cell_m2: surface.pitch_m().iter().product(),
+            facets_are_larger: pond.form == Form::Physical,
+            table: None,
         };
         let slopes = slopes(surface, pond.normals, pond.outside);
-        let beams: Vec<Beam> = slopes.par_iter().enumerate().with_min_len(CHUNK).map(beam).collect();
+        let beam = |(sample, slopes): (usize, &[f64; 2])| {
+            sun.beam(*slopes, pond.illumination.at(sample), || shadows[sample])
+        };
+        let beams: Vec<Beam<f64>> = slopes.par_iter().enumerate().with_min_len(CHUNK).map(beam).collect();
         let mut report = SurfaceReport { samples: beams.len(), ..SurfaceReport::default() };
         for (beam, slope) in beams.iter().zip(&slopes) {
             report.count(beam, slope[0].hypot(slope[1]));

@@ -6,8 +6,8 @@
 //! polynomials through Chebyshev nodes of a box of states, kept as a table.
 
 mod basis;
-mod state;
-mod table;
+pub(crate) mod state;
+pub(crate) mod table;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -19,6 +19,7 @@ use crate::exact::{check_clear_of_floor, exact};
 use crate::floor::{FloorGrid, FloorLight, floor_light, lobe_samples};
 use crate::height_field::HeightField;
 use crate::lobe::Lobe;
+use crate::plan::{Method, PlanSettings, PondPlan};
 use crate::pond::{Outside, Pond};
 use crate::surface_light::SurfaceLight;
 use basis::Basis;
@@ -113,7 +114,7 @@ impl<T: Sample> LowRank<T> {
         let (size, extent_m) = (first.size, first.extent_m);
         pond.check(first)?;
         check_clear_of_floor(first, pond)?;
-        let lobe_samples = lobe_samples(first, pond);
+        let lobe_samples = lobe_samples(first.pitch_m(), pond);
         if lobe_samples < MIN_LOBE_SAMPLES {
             return Err(PondError::Unresolved { lobe_samples, min: MIN_LOBE_SAMPLES });
         }
@@ -162,6 +163,23 @@ impl<T: Sample> LowRank<T> {
     #[must_use]
     pub fn report(&self) -> &LowRankReport {
         &self.report
+    }
+
+    /// The method as a plan for executors.
+    ///
+    /// # Errors
+    /// No room for impulses, or a table of fewer than 2 entries or levels.
+    pub fn plan(&self, settings: &PlanSettings) -> Result<PondPlan, PondError> {
+        PondPlan::new(
+            &Method {
+                pond: &self.pond,
+                extent_m: self.extent_m,
+                tiles: self.tiles,
+                table: Some(&self.table),
+                terms: &self.terms,
+            },
+            settings,
+        )
     }
 
     /// The light on the floor below `surface`.

@@ -1,5 +1,7 @@
 //! The state of a point of the surface that its lobe on the floor depends on: the beam's slopes and its height.
 
+use num_traits::Float;
+
 use crate::error::PondError;
 use crate::height_field::HeightField;
 use crate::pond::Pond;
@@ -11,6 +13,14 @@ const MARGIN: f64 = 0.01;
 /// (L_x / |L_z|, L_y / |L_z|, d + h in metres).
 pub(super) type State = [f64; 3];
 
+/// Beams flatter than this have no state; mirrored by `LEAST_DOWN` in `shaders/pond_coefficients.wgsl`.
+pub(crate) const LEAST_DOWN: f64 = 1e-3;
+
+/// The state of a beam that starts `above_m` over the floor.
+pub(crate) fn state<T: Float>([x, y, z]: [T; 3], above_m: T) -> [T; 3] {
+    [x / -z, y / -z, above_m]
+}
+
 /// The states of all samples of a surface.
 ///
 /// # Errors
@@ -20,12 +30,12 @@ pub(super) fn states(
     pond: &Pond,
     light: &SurfaceLight,
 ) -> Result<Vec<State>, PondError> {
-    let upwards = light.directions.iter().filter(|direction| direction[2] >= -1e-3).count();
+    let upwards = light.directions.iter().filter(|direction| direction[2] >= -LEAST_DOWN).count();
     if upwards > 0 {
         return Err(PondError::UpwardBeams { upwards, samples: light.directions.len() });
     }
-    let state = |([x, y, z], h): (&[f64; 3], &f64)| [x / -z, y / -z, pond.depth_m + h];
-    Ok(light.directions.iter().zip(&surface.heights_m).map(state).collect())
+    let beams = light.directions.iter().zip(&surface.heights_m);
+    Ok(beams.map(|(direction, h)| state(*direction, pond.depth_m + h)).collect())
 }
 
 /// The unit direction of a state's beam.

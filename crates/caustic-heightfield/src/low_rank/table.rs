@@ -1,11 +1,13 @@
 //! Coefficients of all terms as a function of the state: a table with linear interpolation, as a GPU's textures have it.
 
+use num_traits::Float;
+
 use super::state::{State, StateBox, chebyshev_nodes, chebyshev_weights};
 use crate::convolve::Sample;
 
 /// Coefficients on a regular grid of states; terms fastest, then the states' coordinates.
 #[derive(Clone, Debug)]
-pub(super) struct Table<T> {
+pub(crate) struct Table<T> {
     range: StateBox,
     pub(super) size: [usize; 3],
     terms: usize,
@@ -59,36 +61,86 @@ impl<T: Sample> Table<T> {
     /// The coefficients of all terms at a state, times `factor`, into `coefficients`; whether the state is inside the table, else
     /// those of the nearest that is.
     pub(super) fn at(&self, state: State, factor: f64, coefficients: &mut [T]) -> bool {
-        let mut inside = true;
-        let mut corner = [0; 3];
-        let mut share = [0.0; 3];
-        for k in 0..3 {
-            if self.size[k] == 1 {
-                let tolerance = 1e-6 * self.range.low[k].abs().max(1e-3);
-                inside &= (state[k] - self.range.low[k]).abs() <= tolerance;
-                continue;
-            }
-            let cells = (self.size[k] - 1) as f64;
-            let at = (state[k] - self.range.low[k]) / (self.range.high[k] - self.range.low[k]) * cells;
-            inside &= (0.0..=cells).contains(&at);
-            let clamped = at.clamp(0.0, cells);
-            corner[k] = (clamped as usize).min(self.size[k] - 2);
-            share[k] = clamped - corner[k] as f64;
-        }
+        let place = self.grid().place(state);
         coefficients.fill(T::zero());
-        for c in 0..8_usize {
-            let bit = |k: usize| (c >> k) & 1;
-            if (0..3).any(|k| bit(k) == 1 && self.size[k] == 1) {
-                continue;
-            }
-            let weight: f64 = (0..3).map(|k| if bit(k) == 1 { share[k] } else { 1.0 - share[k] }).product();
+        for (entry, weight) in place.corners() {
             let weight = T::rounded(weight * factor);
-            let [i, j, l] = [0, 1, 2].map(|k| corner[k] + bit(k));
-            let from = ((l * self.size[1] + j) * self.size[0] + i) * self.terms;
-            let values = &self.values[from..from + self.terms];
+            let values = &self.values[entry * self.terms..][..self.terms];
             coefficients.iter_mut().zip(values).for_each(|(sum, &value)| *sum = *sum + weight * value);
         }
-        inside
+        place.inside
+    }
+
+    /// Where its states lie.
+    pub(crate) fn grid(&self) -> TableGrid<f64> {
+        TableGrid { low: self.range.low, high: self.range.high, size: self.size, flat_tolerance: 1e-6 }
+    }
+
+    /// Coefficients; terms fastest, then the states' coordinates.
+    pub(crate) fn values(&self) -> &[T] {
+        &self.values
+    }
+}
+
+/// The states of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct TableGrid<T> {
+    /// The first state in each coordinate.
+    pub(crate) low: [T; 3],
+    /// The last.
+    pub(crate) high: [T; 3],
+    /// How many there are.
+    pub(crate) size: [usize; 3],
+    /// Share by which a state may differ in a coordinate of one state only.
+    pub(crate) flat_tolerance: T,
+}
+
+/// A state among those of a table.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Place<T> {
+    size: [usize; 3],
+    corner: [usize; 3],
+    share: [T; 3],
+    /// It is inside the table; else it is the nearest that is.
+    pub(crate) inside: bool,
+}
+
+impl<T: Float> TableGrid<T> {
+    /// Where a state is.
+    pub(crate) fn place(&self, state: [T; 3]) -> Place<T> {
+        let real = |n: usize| T::from(n).expect("f32 and f64 hold it");
+        let smallest = T::from(1e-3).expect("f32 and f64 hold it");
+        let mut place = Place { size: self.size, corner: [0; 3], share: [T::zero(); 3], inside: true };
+        for (k, &state) in state.iter().enumerate() {
+            if self.size[k] == 1 {
+                let tolerance = self.flat_tolerance * self.low[k].abs().max(smallest);
+                place.inside &= (state - self.low[k]).abs() <= tolerance;
+                continue;
+            }
+            let cells = real(self.size[k] - 1);
+            let at = (state - self.low[k]) / (self.high[k] - self.low[k]) * cells;
+            place.inside &= at >= T::zero() && at <= cells;
+            let clamped = at.max(T::zero()).min(cells);
+            place.corner[k] = clamped.to_usize().map_or(0, |low| low.min(self.size[k] - 2));
+            place.share[k] = clamped - real(place.corner[k]);
+        }
+        place
+    }
+}
+
+impl<T: Float> Place<T> {
+    /// The states around, by their index, and their weights.
+    pub(crate) fn corners(&self) -> impl Iterator<Item = (usize, T)> {
+        let Self { size, corner, share, .. } = *self;
+        (0..8_usize).filter_map(move |c| {
+            let bit = |k: usize| (c >> k) & 1;
+            if (0..3).any(|k| bit(k) == 1 && size[k] == 1) {
+                return None;
+            }
+            let along = |k: usize| if bit(k) == 1 { share[k] } else { T::one() - share[k] };
+            let [i, j, l] = [0, 1, 2].map(|k| corner[k] + bit(k));
+            Some(((l * size[1] + j) * size[0] + i, along(0) * along(1) * along(2)))
+        })
     }
 }
 

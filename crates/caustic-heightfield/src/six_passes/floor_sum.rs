@@ -114,7 +114,16 @@ impl<F: Format> FloorSum<F> {
                             format.store(next)
                         };
                         for (kernel, source) in kernels.iter().zip(&sources) {
-                            add_row(row, j, self.size, self.outside, *window, kernel, source, add);
+                            add_row(
+                                row,
+                                j,
+                                self.size,
+                                self.outside,
+                                (*window, window.whole()),
+                                kernel,
+                                source,
+                                add,
+                            );
                         }
                         clamped.get()
                     })

@@ -1,0 +1,140 @@
+//! Steps from terms to the light on the floor.
+
+use frame_plan::{Resource, ResourceId, Step};
+
+use super::spectra::{Padding, SPECTRAL_PASSES};
+use super::{Builder, pass};
+use crate::convolve::{Convolve, Part, Sample, TermSum, Window, spatial_is_cheaper};
+use crate::passes::pond_convolve::PondConvolve;
+use crate::passes::{groups_of_grid, periodic};
+use crate::pond::Outside;
+
+/// Rounds of an invocation's loops: drivers end those with 65,536 in silence.
+const MOST_ROUNDS: usize = 1 << 14;
+
+impl Builder {
+    /// The sum of all terms' convolutions.
+    pub(super) fn convolve<T: Sample>(
+        &mut self,
+        terms: &TermSum<T>,
+        images: ResourceId,
+        irradiance: ResourceId,
+    ) {
+        let folded = folded(terms);
+        let terms = folded.as_ref().unwrap_or(terms);
+        let padding = Padding::new(terms.size, terms.outside, terms.window);
+        let spatial = match terms.convolve {
+            Convolve::Spatial => true,
+            Convolve::Fft => false,
+            Convolve::Auto => spatial_is_cheaper(terms.size, padding.size, terms.window),
+        };
+        if spatial {
+            for pass in SPECTRAL_PASSES {
+                self.decide(pass, false, "kernels are small enough for sums in space");
+            }
+            self.convolve_in_space(terms, images, irradiance);
+        } else {
+            self.decide("pond_convolve", false, "kernels are too large for sums in space");
+            self.convolve_spectra(terms, padding, images, irradiance);
+        }
+    }
+
+    fn convolve_in_space<T: Sample>(
+        &mut self,
+        terms: &TermSum<T>,
+        images: ResourceId,
+        irradiance: ResourceId,
+    ) {
+        let kernels: Vec<f32> = terms.kernels.iter().flatten().map(|k| k.widened() as f32).collect();
+        let kernels = self.plan.add_resource(Resource::buffer_with("kernels", &kernels));
+        let count = terms.kernels.len();
+        let blocks: Vec<PondConvolve> = parts(terms.window, count)
+            .into_iter()
+            .map(|part| PondConvolve {
+                grid: self.grid,
+                low: terms.window.low.map(|low| low as i32),
+                window: terms.window.size.map(|side| side as u32),
+                first: part.first.map(|at| at as u32),
+                count: part.count.map(|count| count as u32),
+                terms: count as u32,
+                periodic: periodic(terms.outside),
+                reserved0: 0,
+                reserved1: 0,
+            })
+            .collect();
+        let params = self.plan.add_params_per_iteration("pond_convolve", &blocks);
+        let step = Step::Dispatch {
+            pass: pass("pond_convolve", Some(params), &[images, kernels, irradiance]),
+            groups: groups_of_grid(self.grid.size()),
+        };
+        let iterations = blocks.iter().map(|_| vec![step.clone()]).collect();
+        self.plan.steps.push(Step::Repeat { label: "pond_convolve".into(), iterations });
+        let [width, height] = terms.window.size;
+        self.decide(
+            "pond_convolve",
+            true,
+            format!("{count} kernels of {width} x {height} offsets, in space"),
+        );
+    }
+}
+
+/// Kernels of a periodic pond that are larger than it, with all copies on one tile; none where they are not.
+fn folded<T: Sample>(terms: &TermSum<T>) -> Option<TermSum<T>> {
+    let larger = (0..2).any(|k| terms.window.size[k] > terms.size[k]);
+    if terms.outside == Outside::Dark || !larger {
+        return None;
+    }
+    let tile = Window { low: [0, 0], size: terms.size };
+    let fold = |kernel: &Vec<T>| {
+        let mut sums = vec![0.0; tile.len()];
+        for (index, value) in kernel.iter().enumerate() {
+            let offset = terms.window.offset(index);
+            let [x, y] = [0, 1].map(|k| offset[k].rem_euclid(terms.size[k] as i64) as usize);
+            sums[y * terms.size[0] + x] += value.widened();
+        }
+        sums.into_iter().map(T::rounded).collect()
+    };
+    let kernels = terms.kernels.iter().map(fold).collect();
+    Some(TermSum::new(terms.size, terms.outside, tile, kernels, Convolve::Spatial).asked_for(terms.convolve))
+}
+
+/// A window in parts that an invocation can sum over, from the first offset on.
+fn parts(window: Window, terms: usize) -> Vec<Part> {
+    // A column takes a round and one per term, a line one more.
+    let columns = (MOST_ROUNDS / (terms + 1)).clamp(1, window.size[0]);
+    let lines = (MOST_ROUNDS / (columns * (terms + 1) + 1)).clamp(1, window.size[1]);
+    let starts = |k: usize, step: usize| (0..window.size[k]).step_by(step);
+    starts(1, lines)
+        .flat_map(|y| starts(0, columns).map(move |x| [x, y]))
+        .map(|first| Part {
+            first,
+            count: [columns.min(window.size[0] - first[0]), lines.min(window.size[1] - first[1])],
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn parts_cover_a_window_once_in_few_rounds() {
+        for (size, terms) in
+            [([7, 7], 3), ([255, 255], 12), ([1, 9], 1), ([32_767, 3], 40), ([300, 1], 20_000)]
+        {
+            let window = Window { low: [0, 0], size };
+            let mut covered = vec![0; window.len()];
+            for part in parts(window, terms) {
+                for y in part.first[1]..part.first[1] + part.count[1] {
+                    for x in part.first[0]..part.first[0] + part.count[0] {
+                        covered[y * size[0] + x] += 1;
+                    }
+                }
+                let rounds = part.count[1] * (1 + part.count[0] * (1 + terms));
+                assert!(rounds <= MOST_ROUNDS + 1 || part.count == [1, 1], "{part:?}: {rounds}");
+            }
+            assert!(covered.iter().all(|&times| times == 1), "{size:?}");
+            assert_eq!(parts(window, terms)[0].first, [0, 0]);
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! The light on the floor as a plan: what the methods of this crate compute, as passes for every executor, in f32.
+//!
+//! ```text
+//! impulses --pond_heights--> heights --pond_relief--> relief
+//!                               |                       |
+//!                               +-----pond_surface------+--> beams --pond_product or pond_coefficients--> terms
+//! terms, kernels --pond_convolve, or pond_fft, pond_spectrum, pond_fft and pond_crop--> irradiance
+//! ```
+//!
+//! A plan is made once. A frame only replaces heights or the list of impulses, the light, and what it is refracted by.
+
+mod convolve;
+mod frame;
+mod spectra;
+mod surface;
+
+use frame_plan::{Decision, ParamsId, PassStep, Plan, Resource, ResourceId, Step};
+
+use crate::convolve::{Sample, TermSum};
+use crate::error::PondError;
+use crate::height_field::HeightField;
+use crate::low_rank::table::Table;
+use crate::passes::pond_coefficients::PondCoefficients;
+use crate::passes::pond_product::PondProduct;
+use crate::passes::pond_relief::RELIEF_WORDS;
+use crate::passes::report::REPORT_WORDS;
+use crate::passes::{PondGrid, groups_of_samples};
+use crate::pond::{Illumination, Pond};
+pub use frame::PondFrame;
+
+/// Where a plan's heights come from.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum HeightSource {
+    /// The host writes them: [`PondPlan::write_heights`].
+    #[default]
+    Host,
+    /// A pass makes them of impulses: [`PondPlan::write_impulses`].
+    Impulses {
+        /// Room for so many impulses and images, 1 or more.
+        capacity: usize,
+        /// Levels of the table T(u, v) that distances are looked up in, as the paper has it; evaluated if there is none.
+        distance_levels: Option<usize>,
+    },
+}
+
+/// What a plan is made with, besides the method.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct PlanSettings {
+    /// Where heights come from.
+    pub heights: HeightSource,
+    /// Entries of the tables that Gamma and T are looked up in, as the paper has it; evaluated if there are none.
+    pub refraction_entries: Option<usize>,
+}
+
+/// What a plan needs to know of a method.
+pub(crate) struct Method<'a, T: Sample> {
+    pub(crate) pond: &'a Pond,
+    pub(crate) extent_m: [f64; 2],
+    /// Ponds on each side that are summed over, and the share beyond.
+    pub(crate) tiles: (i64, f64),
+    /// Coefficients of low-rank terms; none for the paper's three.
+    pub(crate) table: Option<&'a Table<T>>,
+    pub(crate) terms: &'a TermSum<T>,
+}
+
+/// A method of this crate as a plan. It starts with water at rest.
+#[derive(Clone, Debug)]
+pub struct PondPlan {
+    /// For [`frame_plan::Executor::prepare`], with [`crate::PASSES`].
+    pub plan: Plan,
+    pond: Pond,
+    size: [usize; 2],
+    extent_m: [f64; 2],
+    tiles: (i64, f64),
+    settings: PlanSettings,
+    ids: Ids,
+}
+
+/// What frames write and read.
+#[derive(Clone, Copy, Debug)]
+struct Ids {
+    heights: ResourceId,
+    illumination: ResourceId,
+    refraction_table: ResourceId,
+    irradiance: ResourceId,
+    report: ResourceId,
+    surface: ParamsId,
+    /// Impulses and the blocks that say which of them an iteration takes.
+    impulses: Option<(ResourceId, ParamsId)>,
+}
+
+impl PondPlan {
+    pub(crate) fn new<T: Sample>(method: &Method<'_, T>, settings: &PlanSettings) -> Result<Self, PondError> {
+        let size = method.terms.size;
+        let at_rest = HeightField::flat(size, method.extent_m)?;
+        method.pond.check(&at_rest)?;
+        let samples = at_rest.heights_m.len();
+        let grid = PondGrid {
+            size: size.map(|side| side as u32),
+            pitch_m: at_rest.pitch_m().map(|pitch| pitch as f32),
+        };
+        let mut builder = Builder { plan: Plan { name: "pond".into(), ..Plan::default() }, grid };
+        let heights = builder.persistent("heights", samples);
+        let impulses = builder.heights(method.extent_m, settings.heights, heights)?;
+        let illumination = match &method.pond.illumination {
+            Illumination::Uniform(_) => builder.persistent("illumination", 1),
+            Illumination::Map(_) => builder.persistent("illumination", samples),
+        };
+        let entries = surface::check_entries(settings.refraction_entries)?;
+        let refraction_table = builder.persistent("refraction_table", 2 * entries.max(1));
+        let relief = builder.persistent("relief", RELIEF_WORDS);
+        let report =
+            builder.plan.add_resource(Resource::buffer("report", 4 * REPORT_WORDS as u64).readable());
+        let beams = builder.plan.add_resource(Resource::buffer("beams", 16 * samples as u64));
+        builder.clear(relief);
+        builder.clear(report);
+        builder.relief(method.pond.form, heights, relief);
+        let inputs = [heights, illumination, refraction_table, relief];
+        let surface = builder.surface(inputs, beams, report);
+        let images = builder.terms(method, [heights, beams, report]);
+        let irradiance =
+            builder.plan.add_resource(Resource::buffer("irradiance", 4 * samples as u64).readable());
+        builder.convolve(method.terms, images, irradiance);
+        let ids = Ids { heights, illumination, refraction_table, irradiance, report, surface, impulses };
+        let mut plan = Self {
+            plan: builder.plan,
+            pond: method.pond.clone(),
+            size,
+            extent_m: method.extent_m,
+            tiles: method.tiles,
+            settings: *settings,
+            ids,
+        };
+        plan.start_with_light();
+        Ok(plan)
+    }
+}
+
+/// A plan in the making.
+struct Builder {
+    plan: Plan,
+    grid: PondGrid,
+}
+
+impl Builder {
+    /// A buffer of so many f32 or u32, which starts with zeros.
+    fn persistent(&mut self, name: &str, words: usize) -> ResourceId {
+        self.plan.add_resource(Resource::buffer_with(name, &vec![0_u32; words]))
+    }
+
+    fn clear(&mut self, buffer: ResourceId) {
+        self.plan.steps.push(Step::ClearBuffer { buffer });
+    }
+
+    fn decide(&mut self, pass: &str, kept: bool, reason: impl Into<String>) {
+        let decision = Decision { pass: pass.into(), kept, reason: reason.into(), notes: Vec::new() };
+        self.plan.decisions.push(decision);
+    }
+
+    /// The images that are convolved, one per term.
+    fn terms<T: Sample>(
+        &mut self,
+        method: &Method<'_, T>,
+        [heights, beams, report]: [ResourceId; 3],
+    ) -> ResourceId {
+        let samples = self.grid.samples();
+        let terms = method.terms.kernels.len();
+        // An even number: transforms take them in pairs, and the last may be of one and nothing.
+        let images = self.persistent("terms", terms.next_multiple_of(2) * samples);
+        let groups = groups_of_samples(samples);
+        let step = match method.table {
+            None => {
+                let params = PondProduct {
+                    samples: samples as u32,
+                    groups_per_row: groups[0],
+                    exponent: (2.0 * method.pond.scattering - 1.0) as f32,
+                    reserved: 0,
+                };
+                let params = self.plan.add_params("pond_product", &params);
+                self.decide("pond_product", true, "three terms, those of the paper");
+                self.decide("pond_coefficients", false, "terms are the paper's, which need no table");
+                pass("pond_product", Some(params), &[beams, images])
+            }
+            Some(table) => {
+                let grid = table.grid();
+                let narrowed = |state: [f64; 3]| state.map(|x| x as f32);
+                let params = PondCoefficients {
+                    low: narrowed(grid.low),
+                    depth_m: method.pond.depth_m as f32,
+                    high: narrowed(grid.high),
+                    flat_tolerance: FLAT_TOLERANCE,
+                    table_size: grid.size.map(|states| states as u32),
+                    terms: terms as u32,
+                    samples: samples as u32,
+                    groups_per_row: groups[0],
+                    reserved0: 0,
+                    reserved1: 0,
+                };
+                let params = self.plan.add_params("pond_coefficients", &params);
+                let values: Vec<f32> = table.values().iter().map(|value| value.widened() as f32).collect();
+                let coefficients = self.plan.add_resource(Resource::buffer_with("coefficients", &values));
+                self.decide("pond_product", false, "terms are low-rank, not the paper's");
+                self.decide("pond_coefficients", true, format!("{terms} low-rank terms"));
+                pass("pond_coefficients", Some(params), &[heights, beams, coefficients, images, report])
+            }
+        };
+        self.plan.steps.push(Step::Dispatch { pass: step, groups });
+        images
+    }
+}
+
+/// By how much equal states may differ in f32, as a share.
+const FLAT_TOLERANCE: f32 = 1e-5;
+
+/// A pass with its resources.
+fn pass(name: &str, params: Option<ParamsId>, bindings: &[ResourceId]) -> PassStep {
+    PassStep {
+        pass: name.into(),
+        label: String::new(),
+        params,
+        bindings: bindings.iter().copied().map(Into::into).collect(),
+    }
+}
