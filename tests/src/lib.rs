@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 
 use asm_core::{BakePlan, Reflections, Settings};
 use frame_plan::{Executor, Limits};
-use xtask::executors::{Candidate, EXECUTORS};
+use xtask::executors::{Candidate, EXECUTORS, POND_EXECUTORS};
 use xtask::subject::Subject;
 
 /// Set to 1, a missing executor is reported and skipped instead of failing the test.
@@ -22,6 +22,19 @@ pub const SIZE: [u32; 2] = [64, 64];
 /// If one cannot start and [`ALLOW_SKIP`] is not 1: no test passes because nothing ran.
 #[must_use]
 pub fn executors() -> Vec<(&'static str, Box<dyn Executor>)> {
+    opened(EXECUTORS)
+}
+
+/// Start every executor of the project for the pond's passes.
+///
+/// # Panics
+/// As [`executors`].
+#[must_use]
+pub fn pond_executors() -> Vec<(&'static str, Box<dyn Executor>)> {
+    opened(POND_EXECUTORS)
+}
+
+fn opened(candidates: &[Candidate]) -> Vec<(&'static str, Box<dyn Executor>)> {
     let open = |candidate: &Candidate| match (candidate.open)(None) {
         Ok(executor) => Some((candidate.id, executor)),
         Err(error) if std::env::var_os(ALLOW_SKIP).is_some_and(|v| v == "1") => {
@@ -30,7 +43,7 @@ pub fn executors() -> Vec<(&'static str, Box<dyn Executor>)> {
         }
         Err(error) => panic!("{}: {error} ({ALLOW_SKIP}=1 would skip it)", candidate.id),
     };
-    EXECUTORS.iter().filter_map(open).collect()
+    candidates.iter().filter_map(open).collect()
 }
 
 /// One of [`Subject::names`].

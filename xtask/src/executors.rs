@@ -4,7 +4,8 @@ use asm_core::{BakePlan, RenderPlan, Statistics};
 use asm_vulkan::{ASM_PASSES, VulkanExecutor, VulkanOptions};
 use asm_wgpu::{WgpuExecutor, WgpuOptions};
 use frame_plan::cpu::CpuExecutor;
-use frame_plan::{ExecuteError, Executor};
+use frame_plan::spirv::SpirvPasses;
+use frame_plan::{ExecuteError, Executor, PassSet};
 use spectral_scene::IrradianceMaps;
 
 /// A started executor, or why it cannot be started.
@@ -20,29 +21,39 @@ pub struct Candidate {
     pub open: fn(adapter: Option<&str>) -> Opened,
 }
 
-const WGPU: Candidate = Candidate {
-    id: "wgpu",
-    name: "wgpu",
-    open: |adapter| {
-        let options = WgpuOptions { adapter: adapter.map(str::to_owned) };
-        Ok(Box::new(WgpuExecutor::new(asm_core::PASSES, &options)?))
-    },
-};
+const WGPU: Candidate =
+    Candidate { id: "wgpu", name: "wgpu", open: |adapter| wgpu(asm_core::PASSES, adapter) };
 
-const VULKAN: Candidate = Candidate {
-    id: "vulkan",
-    name: "vulkan",
-    open: |adapter| {
-        let options = VulkanOptions { adapter: adapter.map(str::to_owned), ..VulkanOptions::default() };
-        Ok(Box::new(VulkanExecutor::new(ASM_PASSES, &options)?))
-    },
-};
+const VULKAN: Candidate =
+    Candidate { id: "vulkan", name: "vulkan", open: |adapter| vulkan(ASM_PASSES, adapter) };
+
+fn cpu(passes: PassSet) -> Opened {
+    Ok(Box::new(CpuExecutor::new(passes, None)?))
+}
+
+fn wgpu(passes: PassSet, adapter: Option<&str>) -> Opened {
+    let options = WgpuOptions { adapter: adapter.map(str::to_owned) };
+    Ok(Box::new(WgpuExecutor::new(passes, &options)?))
+}
+
+fn vulkan(passes: SpirvPasses, adapter: Option<&str>) -> Opened {
+    let options = VulkanOptions { adapter: adapter.map(str::to_owned), ..VulkanOptions::default() };
+    Ok(Box::new(VulkanExecutor::new(passes, &options)?))
+}
 
 /// All of them. The first needs no device, so every machine has it.
-pub const EXECUTORS: &[Candidate] = &[
-    Candidate { id: "cpu", name: "cpu", open: |_| Ok(Box::new(CpuExecutor::new(asm_core::PASSES, None)?)) },
-    WGPU,
-    VULKAN,
+pub const EXECUTORS: &[Candidate] =
+    &[Candidate { id: "cpu", name: "cpu", open: |_| cpu(asm_core::PASSES) }, WGPU, VULKAN];
+
+/// The same for the pond's passes.
+pub const POND_EXECUTORS: &[Candidate] = &[
+    Candidate { id: "cpu", name: "cpu", open: |_| cpu(caustic_heightfield::PASSES) },
+    Candidate { id: "wgpu", name: "wgpu", open: |adapter| wgpu(caustic_heightfield::PASSES, adapter) },
+    Candidate {
+        id: "vulkan",
+        name: "vulkan",
+        open: |adapter| vulkan(caustic_heightfield::SPIRV_PASSES, adapter),
+    },
 ];
 
 /// Those that have a device, for a second driver beside the first.

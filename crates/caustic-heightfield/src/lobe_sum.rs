@@ -89,6 +89,12 @@ impl<T: Sample> LobeSum<T> {
         &self.report
     }
 
+    /// The terms, unless the lobe is splatted.
+    #[must_use]
+    pub fn terms(&self) -> Option<&LowRank<T>> {
+        self.terms.as_ref()
+    }
+
     /// The light on the floor below `surface`, and how many of its samples have a state that terms were not made for and were given the
     /// nearest; none where the lobe is splatted.
     ///

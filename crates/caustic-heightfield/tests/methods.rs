@@ -109,10 +109,14 @@ fn level_water_is_exact() {
             let paper = convolved::<f64>(&flat, &pond, ConvolutionSettings::default());
             assert!(relative_rms(&paper.irradiance, &reference.irradiance) < 1e-9);
         }
-        let terms = low_rank::<f64>(&flat, &pond, 1e-5);
-        assert_eq!(terms.report().terms, 1);
-        let floor = terms.floor(&flat).unwrap().light;
-        assert!(relative_rms(&floor.irradiance, &reference.irradiance) < 1e-5);
+        for (tilt, target) in [(0.0, 1e-5), (0.0, 1e-3), (30.0, 1e-2), (30.0, 1e-4)] {
+            let pond = Pond { light_direction: light_tilted_deg(tilt), ..pond.clone() };
+            let reference = exact(&flat, &pond, FloorGrid::below(&flat)).unwrap();
+            let terms = low_rank::<f64>(&flat, &pond, target);
+            assert_eq!(terms.report().terms, 1);
+            let floor = terms.floor(&flat).unwrap().light;
+            assert!(relative_rms(&floor.irradiance, &reference.irradiance) < target);
+        }
     }
 }
 

@@ -108,6 +108,20 @@ pub(crate) struct RenderArgs {
     pub(crate) run: RunArgs,
 }
 
+/// What runs plans.
+#[derive(Debug, Args)]
+pub(crate) struct DeviceArgs {
+    /// What runs the plan: auto, cpu, wgpu or vulkan.
+    #[arg(long, value_name = "BACKEND", default_value = "auto")]
+    pub(crate) backend: Backend,
+    /// GPU adapter, by a part of its name; see `spectral devices`.
+    #[arg(long, value_name = "NAME", value_parser = values::adapter)]
+    pub(crate) adapter: Option<String>,
+    /// CPU threads [default: one per core].
+    #[arg(long, value_name = "N", value_parser = values::threads, allow_negative_numbers = true)]
+    pub(crate) threads: Option<usize>,
+}
+
 /// What `bake` and `render` share.
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
@@ -120,15 +134,8 @@ pub(crate) struct RunArgs {
     /// Most internal reflections that are followed [default: the method's].
     #[arg(long, value_name = "B", value_parser = values::bounces, allow_negative_numbers = true)]
     pub(crate) bounces: Option<u32>,
-    /// What runs the plan: auto, cpu, wgpu or vulkan.
-    #[arg(long, value_name = "BACKEND", default_value = "auto")]
-    pub(crate) backend: Backend,
-    /// GPU adapter, by a part of its name; see `spectral devices`.
-    #[arg(long, value_name = "NAME", value_parser = values::adapter)]
-    pub(crate) adapter: Option<String>,
-    /// CPU threads [default: one per core].
-    #[arg(long, value_name = "N", value_parser = values::threads, allow_negative_numbers = true)]
-    pub(crate) threads: Option<usize>,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
     /// Seed of the random numbers, for the methods that draw any.
     #[arg(long, value_name = "S", default_value_t = 0, value_parser = values::seed, allow_negative_numbers = true)]
     pub(crate) seed: u64,

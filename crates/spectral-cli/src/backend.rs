@@ -6,9 +6,10 @@ use asm_core::PASSES;
 use asm_vulkan::{ASM_PASSES, VulkanExecutor, VulkanOptions};
 use asm_wgpu::{WgpuExecutor, WgpuOptions};
 use frame_plan::cpu::CpuExecutor;
-use frame_plan::{DeviceInfo, DeviceType, Executor};
+use frame_plan::spirv::SpirvPasses;
+use frame_plan::{DeviceInfo, DeviceType, Executor, PassSet};
 
-use crate::args::RunArgs;
+use crate::args::DeviceArgs;
 use crate::choices::Backend;
 use crate::error::CliError;
 
@@ -18,6 +19,19 @@ pub(crate) struct Chosen {
     pub(crate) reason: String,
 }
 
+/// What executors are made for.
+pub(crate) struct Programs {
+    passes: PassSet,
+    spirv: SpirvPasses,
+}
+
+/// Pictures and bakes of scenes.
+pub(crate) const SCENES: Programs = Programs { passes: PASSES, spirv: ASM_PASSES };
+
+/// Floors of ponds.
+pub(crate) const PONDS: Programs =
+    Programs { passes: caustic_heightfield::PASSES, spirv: caustic_heightfield::SPIRV_PASSES };
+
 /// The executor that the options ask for.
 ///
 /// `auto` takes wgpu only on a real GPU: a software driver runs the same arithmetic on the same cores as the CPU
@@ -25,22 +39,22 @@ pub(crate) struct Chosen {
 ///
 /// # Errors
 /// If a backend or adapter that was asked for by name is not there.
-pub(crate) fn choose(run: &RunArgs) -> Result<Chosen, CliError> {
-    match (run.backend, &run.adapter) {
-        (Backend::Cpu, _) => cpu(run, "asked for".into()),
+pub(crate) fn choose(device: &DeviceArgs, programs: &Programs) -> Result<Chosen, CliError> {
+    match (device.backend, &device.adapter) {
+        (Backend::Cpu, _) => cpu(device, programs, "asked for".into()),
         (Backend::Wgpu, _) | (Backend::Auto, Some(_)) => {
-            let executor = wgpu(run.adapter.clone()).map_err(no_device)?;
+            let executor = wgpu_for(programs, device.adapter.clone()).map_err(no_device)?;
             Ok(Chosen { executor: Box::new(executor), reason: "asked for".into() })
         }
         (Backend::Vulkan, _) => {
-            let executor = vulkan(run.adapter.clone()).map_err(no_device)?;
+            let executor = vulkan_for(programs, device.adapter.clone()).map_err(no_device)?;
             Ok(Chosen { executor: Box::new(executor), reason: "asked for".into() })
         }
         (Backend::Auto, None) => match auto(&asm_wgpu::adapters()) {
-            Err(reason) => cpu(run, reason),
-            Ok(reason) => match wgpu(None) {
+            Err(reason) => cpu(device, programs, reason),
+            Ok(reason) => match wgpu_for(programs, None) {
                 Ok(gpu) => Ok(Chosen { executor: Box::new(gpu), reason }),
-                Err(problem) => cpu(run, problem),
+                Err(problem) => cpu(device, programs, problem),
             },
         },
     }
@@ -63,7 +77,11 @@ pub fn auto(adapters: &[DeviceInfo]) -> Result<String, String> {
 
 /// The wgpu executor on the adapter of that name, or on the best one; or why there is none.
 pub(crate) fn wgpu(adapter: Option<String>) -> Result<WgpuExecutor, String> {
-    WgpuExecutor::new(PASSES, &WgpuOptions { adapter }).map_err(|error| error.to_string())
+    wgpu_for(&SCENES, adapter)
+}
+
+fn wgpu_for(programs: &Programs, adapter: Option<String>) -> Result<WgpuExecutor, String> {
+    WgpuExecutor::new(programs.passes, &WgpuOptions { adapter }).map_err(|error| error.to_string())
 }
 
 /// The Vulkan executor on the adapter of that name, or on the best one. Compiled pipelines are kept in the user's cache folder.
@@ -71,8 +89,12 @@ pub(crate) fn wgpu(adapter: Option<String>) -> Result<WgpuExecutor, String> {
 /// # Errors
 /// Why there is none.
 pub fn vulkan(adapter: Option<String>) -> Result<VulkanExecutor, String> {
+    vulkan_for(&SCENES, adapter)
+}
+
+fn vulkan_for(programs: &Programs, adapter: Option<String>) -> Result<VulkanExecutor, String> {
     let options = VulkanOptions { adapter, pipeline_cache: cache_folder(), ..VulkanOptions::default() };
-    VulkanExecutor::new(ASM_PASSES, &options).map_err(|error| error.to_string())
+    VulkanExecutor::new(programs.spirv.clone(), &options).map_err(|error| error.to_string())
 }
 
 /// Where users' programs keep what they can make again.
@@ -86,8 +108,8 @@ fn no_device(problem: String) -> CliError {
     CliError::failed(format!("{problem}; `spectral devices` lists what there is, --backend cpu always works"))
 }
 
-fn cpu(run: &RunArgs, reason: String) -> Result<Chosen, CliError> {
-    let executor = CpuExecutor::new(PASSES, run.threads).map_err(CliError::failed)?;
+fn cpu(device: &DeviceArgs, programs: &Programs, reason: String) -> Result<Chosen, CliError> {
+    let executor = CpuExecutor::new(programs.passes, device.threads).map_err(CliError::failed)?;
     Ok(Chosen { executor: Box::new(executor), reason })
 }
 

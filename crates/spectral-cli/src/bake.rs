@@ -42,7 +42,7 @@ pub(crate) fn run(args: &BakeArgs) -> Result<(), CliError> {
         output: args.output.display().to_string(),
         method,
         refraction: work.price.as_ref().map_or(run.refraction(), |p| p.rung.settings().refraction()),
-        backend_asked: run.backend,
+        backend_asked: run.device.backend,
         warnings: &opened.warnings,
         display: None,
         work,

@@ -6,7 +6,7 @@ use serde_json::Value;
 use spectral_scene::{IrradianceMaps, Scene};
 
 use crate::args::RunArgs;
-use crate::backend;
+use crate::backend::{self, SCENES};
 use crate::error::CliError;
 use crate::picture::Picture;
 use crate::prices::{self, Frame, Subject};
@@ -22,7 +22,7 @@ pub(crate) fn bake(
     run: &RunArgs,
     times: &mut Stopwatch,
 ) -> Result<(IrradianceMaps, Work), CliError> {
-    let mut chosen = backend::choose(run)?;
+    let mut chosen = backend::choose(&run.device, &SCENES)?;
     let executor = chosen.executor.as_mut();
     times.did("open_device");
     let subject = Subject { scene, receiver, frame: Frame::Bake(size) };
@@ -43,7 +43,7 @@ pub(crate) fn render(
     run: &RunArgs,
     times: &mut Stopwatch,
 ) -> Result<(Picture, Work), CliError> {
-    let mut chosen = backend::choose(run)?;
+    let mut chosen = backend::choose(&run.device, &SCENES)?;
     let executor = chosen.executor.as_mut();
     times.did("open_device");
     let receiver = scene.receiver("receiver").ok().or_else(|| scene.receivers().next());

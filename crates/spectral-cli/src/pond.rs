@@ -3,6 +3,7 @@
 mod color;
 mod method;
 mod output;
+mod planned;
 
 use std::path::{Path, PathBuf};
 

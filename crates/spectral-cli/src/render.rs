@@ -55,7 +55,7 @@ pub(crate) fn run(args: &RenderArgs) -> Result<(), CliError> {
         output: args.output.display().to_string(),
         method,
         refraction: work.price.as_ref().map_or(run.refraction(), |p| p.rung.settings().refraction()),
-        backend_asked: run.backend,
+        backend_asked: run.device.backend,
         warnings: &opened.warnings,
         display: Some(json(&display)?),
         work,

@@ -2,7 +2,7 @@
 
 use asm_core::{Emission, Refraction, Settings};
 
-use crate::args::{PlanOptions, RunArgs};
+use crate::args::{DeviceArgs, PlanOptions, RunArgs};
 use crate::choices::{Backend, Fit, Gaps, Glass, Method, Reflected, Rule, Way};
 use crate::error::CliError;
 use crate::messages;
@@ -19,6 +19,35 @@ impl Method {
                 "--method reference has no plan, it traces the scene itself; there is: caustics-map, acm, asm, footprint";
             CliError::Usage(problem.into())
         })
+    }
+}
+
+impl DeviceArgs {
+    /// Hold the options against each other.
+    ///
+    /// # Errors
+    /// A usage error that names the option and what would be right.
+    pub(crate) fn check(&self) -> Result<(), CliError> {
+        match &self.adapter {
+            Some(adapter) if self.backend == Backend::Cpu => usage(format!(
+                "--adapter {adapter:?} names a GPU, and --backend is cpu: leave one of them out"
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// The option that is for what runs plans.
+    pub(crate) fn given(&self) -> Option<&'static str> {
+        self.gpu().or_else(|| self.threads.map(|_| "--threads"))
+    }
+
+    /// The option that asks for a GPU.
+    pub(crate) fn gpu(&self) -> Option<&'static str> {
+        match self.backend {
+            Backend::Wgpu => Some("--backend wgpu"),
+            Backend::Vulkan => Some("--backend vulkan"),
+            Backend::Auto | Backend::Cpu => self.adapter.as_ref().map(|_| "--adapter"),
+        }
     }
 }
 
@@ -45,13 +74,7 @@ impl RunArgs {
                  take traced, or --method caustics-map, acm or asm"
             )));
         }
-        if self.backend == Backend::Cpu
-            && let Some(adapter) = &self.adapter
-        {
-            return usage(format!(
-                "--adapter {adapter:?} names a GPU, and --backend is cpu: leave one of them out"
-            ));
-        }
+        self.device.check()?;
         match self.method {
             Method::Reference => self.check_reference(),
             Method::CausticsMap | Method::Acm | Method::Asm | Method::Footprint => self.check_planned(),
@@ -64,12 +87,7 @@ impl RunArgs {
                 "{option} goes with --method caustics-map, acm, asm and footprint, and the method is reference"
             ));
         }
-        let gpu = match self.backend {
-            Backend::Wgpu => "--backend wgpu",
-            Backend::Vulkan => "--backend vulkan",
-            Backend::Auto | Backend::Cpu if self.adapter.is_some() => "--adapter",
-            Backend::Auto | Backend::Cpu => return Ok(()),
-        };
+        let Some(gpu) = self.device.gpu() else { return Ok(()) };
         usage(format!("--method reference runs on the CPU only: leave out {gpu}"))
     }
 

@@ -3,7 +3,7 @@
 use nalgebra::DMatrix;
 use rayon::prelude::*;
 
-use super::state::{State, StateBox, chebyshev_weights, direction};
+use super::state::{State, StateBox, chebyshev_weights, direction, is_same};
 use super::table::{Table, node_shares, table_size};
 use crate::convolve::Window;
 use crate::floor::FloorGrid;
@@ -190,14 +190,21 @@ fn lobe_at(lobe: &Lobe, pitch_m: [f64; 2], state: State, offset: [i64; 2]) -> f6
     lobe.at(direction(state), state[2], [offset[0] as f64 * pitch_m[0], offset[1] as f64 * pitch_m[1]])
 }
 
-/// States from all over a list: every so many by the golden ratio, which falls into step with no wave.
+/// Different states from all over a list: every so many by the golden ratio, which falls into step with no wave.
 fn spread_out(states: &[State]) -> Vec<State> {
     const GOLDEN: f64 = 0.618_033_988_749_894_9;
-    if states.len() <= SAMPLES {
-        return states.to_vec();
+    let pick = |i: usize| match states.len() {
+        few if few <= SAMPLES => states[i],
+        many => states[((i as f64 * GOLDEN).fract() * many as f64) as usize],
+    };
+    let mut picked: Vec<State> = Vec::with_capacity(SAMPLES);
+    for state in (0..states.len().min(SAMPLES)).map(pick) {
+        // Level water has one state, many times over: a decomposition takes ill to columns that differ by rounding.
+        if !picked.iter().any(|other| is_same(*other, state)) {
+            picked.push(state);
+        }
     }
-    let pick = |i: usize| states[((i as f64 * GOLDEN).fract() * states.len() as f64) as usize];
-    (0..SAMPLES).map(pick).collect()
+    picked
 }
 
 /// The part of a window where any of these lobes is above `share` of its peak.

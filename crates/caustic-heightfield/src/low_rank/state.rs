@@ -38,6 +38,16 @@ pub(super) fn states(
     Ok(beams.map(|(direction, h)| state(*direction, pond.depth_m + h)).collect())
 }
 
+/// Whether coordinates of this size that differ by so much are the same: beams of equal slope differ by rounding.
+fn is_rounding(difference: f64, size: f64) -> bool {
+    difference.abs() < 1e-9 * size.abs().max(1e-3)
+}
+
+/// Whether two states are the same but for rounding.
+pub(super) fn is_same(a: State, b: State) -> bool {
+    (0..3).all(|k| is_rounding(a[k] - b[k], a[k]))
+}
+
 /// The unit direction of a state's beam.
 pub(super) fn direction([p, q, _]: State) -> [f64; 3] {
     let z = 1.0 / (1.0 + p * p + q * q).sqrt();
@@ -66,8 +76,7 @@ impl StateBox {
         for k in 0..3 {
             let margin = MARGIN * (high[k] - low[k]);
             (low[k], high[k]) = (low[k] - margin, high[k] + margin);
-            // Beams of equal slope differ by rounding: that is no range.
-            if high[k] - low[k] < 1e-9 * high[k].abs().max(1e-3) {
+            if is_rounding(high[k] - low[k], high[k]) {
                 high[k] = low[k];
             }
         }

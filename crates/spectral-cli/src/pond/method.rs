@@ -8,6 +8,7 @@ use caustic_heightfield::{
 use clap::Args;
 use serde_json::{Value, json};
 
+use crate::args::DeviceArgs;
 use crate::choices::{PondMethod, Precision, Sums};
 use crate::error::CliError;
 use crate::values;
@@ -29,17 +30,19 @@ pub(crate) struct MethodArgs {
     error: Option<f64>,
     /// Samples across the kernels of convolution, odd; 7 is the paper's [default: as far as the pond goes].
     #[arg(long, value_name = "N", value_parser = values::side, allow_negative_numbers = true)]
-    kernel: Option<usize>,
+    pub(super) kernel: Option<usize>,
+    #[command(flatten)]
+    pub(super) device: DeviceArgs,
 }
 
 /// A method that is ready for surfaces of one grid.
 pub(super) struct Method {
     /// What it says about itself.
     pub(super) details: Value,
-    floor: Box<Floors>,
+    pub(super) floor: Box<Floors>,
 }
 
-type Floors = dyn Fn(&HeightField) -> Result<Floor, PondError>;
+pub(super) type Floors = dyn Fn(&HeightField) -> Result<Floor, PondError>;
 
 /// The light on one floor.
 pub(super) struct Floor {
@@ -63,7 +66,13 @@ impl MethodArgs {
     /// A usage error that names the option and what would be right.
     pub(super) fn precision(&self) -> Result<Precision, CliError> {
         let usage = |problem: &str| Err(CliError::Usage(problem.into()));
+        self.device.check()?;
+        let is_f32 = matches!(self.precision, None | Some(Precision::F32));
+        let is_plan = self.method != PondMethod::Exact && is_f32;
         match self.method {
+            _ if !is_plan && let Some(option) = self.device.given() => Err(CliError::Usage(format!(
+                "{option} is for plans, which are --precision f32 with --method convolution or low-rank"
+            ))),
             PondMethod::Exact if self.precision.is_some_and(|p| p != Precision::F64) => {
                 usage("--precision: --method exact is what others are held against, and is f64")
             }
@@ -95,19 +104,15 @@ impl MethodArgs {
         measured: bool,
     ) -> Result<Method, CliError> {
         match self.precision()? {
-            Precision::F32 => self.in_floats::<f32>(examples, pond),
-            Precision::F64 => self.in_floats::<f64>(examples, pond),
+            Precision::F32 => return self.planned(examples, pond),
+            Precision::F64 => self.in_f64(examples, pond),
             Precision::F16 => self.in_frame_buffers(examples, pond, F16::default(), measured),
             Precision::Fixed(format) => self.in_frame_buffers(examples, pond, format, measured),
         }
         .map_err(CliError::failed)
     }
 
-    fn in_floats<T: Sample + 'static>(
-        &self,
-        examples: &[HeightField],
-        pond: &Pond,
-    ) -> Result<Method, PondError> {
+    fn in_f64(&self, examples: &[HeightField], pond: &Pond) -> Result<Method, PondError> {
         let (details, floor): (Value, Box<Floors>) = match self.method {
             PondMethod::Exact => {
                 let pond = pond.clone();
@@ -117,16 +122,14 @@ impl MethodArgs {
                 (Value::Null, Box::new(floor))
             }
             PondMethod::Convolution => {
-                let method = self.convolution::<T>(&examples[0], pond)?;
+                let method = self.convolution::<f64>(&examples[0], pond)?;
                 let details = json!({ "kernel_samples": self.kernel, "fft": method.is_fft() });
                 let floor =
                     move |surface: &HeightField| Ok(Floor { light: method.floor(surface)?, outside: 0 });
                 (details, Box::new(floor))
             }
             PondMethod::LowRank => {
-                let mut settings = LowRankSettings::default();
-                settings.target_error = self.error.unwrap_or(settings.target_error);
-                let method = LobeSum::<T>::new(examples, pond, settings)?;
+                let method = self.lobe_sum::<f64>(examples, pond)?;
                 let details = json!(method.report());
                 let floor = move |surface: &HeightField| {
                     let (light, outside) = method.floor(surface)?;
@@ -162,12 +165,23 @@ impl MethodArgs {
         Ok(Method { details, floor: Box::new(floor) })
     }
 
-    fn convolution<T: Sample>(
+    pub(super) fn convolution<T: Sample>(
         &self,
         surface: &HeightField,
         pond: &Pond,
     ) -> Result<Convolution<T>, PondError> {
         let settings = ConvolutionSettings { kernel_samples: self.kernel, ..ConvolutionSettings::default() };
         Convolution::new(surface.size, surface.extent_m, pond, settings)
+    }
+
+    pub(super) fn lobe_sum<T: Sample>(
+        &self,
+        examples: &[HeightField],
+        pond: &Pond,
+    ) -> Result<LobeSum<T>, PondError> {
+        let default = LowRankSettings::default();
+        let settings =
+            LowRankSettings { target_error: self.error.unwrap_or(default.target_error), ..default };
+        LobeSum::new(examples, pond, settings)
     }
 }

@@ -92,7 +92,7 @@ pub(crate) fn settle(
     run: &RunArgs,
     executor: &mut dyn Executor,
 ) -> Result<Price, CliError> {
-    let effort = Effort { threads: run.threads, ..Effort::default() };
+    let effort = Effort { threads: run.device.threads, ..Effort::default() };
     let kept = cache_folder().map(|folder| Kept::in_folder(folder.join("prices")));
     let list = list(subject, &effort, executor, kept)?;
     let price = wish.pick(&list).map_err(CliError::failed)?;

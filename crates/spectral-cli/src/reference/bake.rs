@@ -41,7 +41,7 @@ pub(crate) fn bake(
         bounces: run.bounces.unwrap_or(default.bounces),
         effort: effort(run, default.effort),
         seed: run.seed,
-        threads: run.threads,
+        threads: run.device.threads,
         step_nm: step_nm(run.wavelengths).unwrap_or(default.step_nm),
         direct_samples: direct_samples(run.photons, size, default.direct_samples),
         ..default

@@ -76,7 +76,7 @@ fn error(error: ReferenceError) -> CliError {
 
 /// The processor and threads, named as the CPU executor names them.
 fn device(run: &RunArgs) -> Result<DeviceInfo, CliError> {
-    let executor = CpuExecutor::new(PassSet(&[]), run.threads).map_err(CliError::failed)?;
+    let executor = CpuExecutor::new(PassSet(&[]), run.device.threads).map_err(CliError::failed)?;
     let driver = concat!("spectral-reference ", env!("CARGO_PKG_VERSION")).into();
     Ok(DeviceInfo { driver, ..executor.info().clone() })
 }

@@ -57,7 +57,7 @@ pub(crate) fn render(
         bounces: run.bounces.unwrap_or(default.bounces),
         samples_per_pixel: default.samples_per_pixel.div_ceil(REPLICATES as u32),
         photons: run.photons.unwrap_or(default.photons).div_ceil(REPLICATES),
-        threads: run.threads,
+        threads: run.device.threads,
         step_nm: step_nm(run.wavelengths).unwrap_or(default.step_nm),
         ..default
     };

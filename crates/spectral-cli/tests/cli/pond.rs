@@ -12,6 +12,11 @@ fn floor(folder: &Path, file: &str) -> HeightField {
     HeightField::from_exr(&folder.join(file), [1.0, 1.0]).expect("one finite channel")
 }
 
+/// What was written to `s.json`.
+fn stats(folder: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(folder.join("s.json")).expect("read")).expect("JSON")
+}
+
 #[test]
 fn methods_agree_as_far_as_they_should() {
     let folder = tempfile::tempdir().expect("folder");
@@ -26,6 +31,29 @@ fn methods_agree_as_far_as_they_should() {
     assert!(error("--method low-rank --precision f64 --error 0.001") < 0.0012);
     // 20 degrees are too many for the paper's expansion, in any precision.
     assert!(error("--method convolution --precision f32") > 0.9);
+}
+
+/// Plans say where they ran; what is no plan runs on the CPU alone.
+#[test]
+fn plans_run_on_the_backend_asked_for() {
+    let folder = tempfile::tempdir().expect("folder");
+    for method in ["convolution", "low-rank"] {
+        let command = format!("pond --size 24 --method {method} --backend cpu -o e.exr --stats s.json");
+        spectral_in(folder.path(), &command).done();
+        let stats = stats(folder.path());
+        let details = &stats["details"];
+        assert_eq!((&details["backend"], &details["backend_reason"]), (&"cpu".into(), &"asked for".into()));
+        assert!(stats["report"]["surface"]["transmitted_flux"].as_f64().is_some_and(|f| f > 0.5), "{stats}");
+    }
+    for options in [
+        "--method exact --backend wgpu",
+        "--precision f64 --backend vulkan",
+        "--method exact --adapter x",
+        "--method convolution --precision fixed8 --threads 1",
+    ] {
+        spectral(&format!("pond {options} -o e.exr")).bad_usage(&["plans", "--precision f32"]);
+    }
+    spectral("pond --backend cpu --adapter x -o e.exr").bad_usage(&["--adapter \"x\" names a GPU"]);
 }
 
 /// The paper's frame buffers: fewer bits, more error, and the statistics say how much and of what.

@@ -1,0 +1,61 @@
+//! Floors as plans, in f32, on the executor that the options ask for.
+
+use std::cell::RefCell;
+
+use caustic_heightfield::{HeightField, PlanSettings, Pond, PondPlan};
+use serde_json::{Value, json};
+
+use super::method::{Floor, Method, MethodArgs};
+use crate::backend::{self, Chosen, PONDS};
+use crate::choices::PondMethod;
+use crate::error::CliError;
+use crate::messages;
+
+impl MethodArgs {
+    /// The method in f32: as a plan, prepared where the options say, unless the lobe is splatted, which no plan does.
+    pub(super) fn planned(&self, examples: &[HeightField], pond: &Pond) -> Result<Method, CliError> {
+        let settings = PlanSettings::default();
+        if self.method == PondMethod::Convolution {
+            let method = self.convolution::<f32>(&examples[0], pond).map_err(CliError::failed)?;
+            let plan = method.plan(&settings).map_err(CliError::failed)?;
+            return self.prepared(plan, json!({ "kernel_samples": self.kernel }));
+        }
+        let method = self.lobe_sum::<f32>(examples, pond).map_err(CliError::failed)?;
+        let details = json!(method.report());
+        if let Some(terms) = method.terms() {
+            return self.prepared(terms.plan(&settings).map_err(CliError::failed)?, details);
+        }
+        if let Some(option) = self.device.given() {
+            return Err(CliError::failed(format!(
+                "{option}: this lobe is splatted, which is no plan yet; leave {option} out, or ask for a larger --error"
+            )));
+        }
+        let floor = move |surface: &HeightField| {
+            let (light, outside) = method.floor(surface)?;
+            Ok(Floor { light, outside })
+        };
+        Ok(Method { details, floor: Box::new(floor) })
+    }
+
+    fn prepared(&self, plan: PondPlan, mut details: Value) -> Result<Method, CliError> {
+        let Chosen { mut executor, reason } = backend::choose(&self.device, &PONDS)?;
+        executor.prepare(&plan.plan).map_err(CliError::failed)?;
+        let info = executor.info();
+        details["backend"] = json!(info.executor);
+        details["backend_reason"] = json!(reason);
+        details["device"] = json!(info.device);
+        details["driver"] = json!(info.driver);
+        let executor = RefCell::new(executor);
+        let floor = move |surface: &HeightField| {
+            let mut executor = executor.borrow_mut();
+            plan.write_heights(executor.as_mut(), surface)?;
+            executor.execute()?;
+            let frame = plan.read(executor.as_mut())?;
+            if frame.upward_beams > 0 {
+                messages::warn(&format!("{} beams do not travel downwards, and are dark", frame.upward_beams));
+            }
+            Ok(Floor { light: frame.light, outside: frame.outside_states })
+        };
+        Ok(Method { details, floor: Box::new(floor) })
+    }
+}
