@@ -8,6 +8,7 @@ pub mod flip;
 pub mod html;
 pub mod oracle_picture;
 pub mod picture_distance;
+pub mod ponds;
 pub mod sabotage;
 pub mod subject;
 pub mod terminal_percent;

@@ -3,6 +3,7 @@
 mod bakes;
 mod controls;
 mod pictures;
+mod ponds;
 mod report;
 
 use std::path::PathBuf;
@@ -25,7 +26,7 @@ use report::Report;
 /// Compare all executors with each other and with the oracle; writes report.html and report.json.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// A bundled scene, `bunny-glass` or a glTF file; all of them by default. May be repeated.
+    /// A bundled scene, `bunny-glass`, a glTF file or `pond`; all of them by default. May be repeated.
     #[arg(long = "scene", value_name = "SCENE")]
     scenes: Vec<String>,
     /// A method; all of them by default. May be repeated.
@@ -147,6 +148,16 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("[{}/{}] {}", i + 1, subjects.len(), subject.name);
         bakes::compare(subject, methods, &effort, args.sabotage, &mut contenders, &mut report);
     }
+    let ponds = ponds::named(&args.scenes, args.quick);
+    if !ponds.is_empty() {
+        let started = contenders.iter().filter(|c| c.executor.is_some()).map(|c| c.entry.name);
+        let mut contenders = ponds::contenders(&started.collect::<Vec<_>>(), &mut report);
+        let side = if args.quick { 64 } else { 128 };
+        for (i, pond) in ponds.iter().enumerate() {
+            eprintln!("[{}/{}] {}", i + 1, ponds.len(), pond.name);
+            ponds::compare(pond, side, args.sabotage, &mut contenders, &mut report);
+        }
+    }
     report.executors = contenders.into_iter().map(|c| c.entry).collect();
     report.seconds = start.elapsed().as_secs_f64();
     finish(&report, args)
@@ -179,14 +190,14 @@ fn subjects(args: &Args) -> Result<Vec<Subject>> {
     let names: Vec<&str> = match (args.scenes.as_slice(), args.quick) {
         ([], false) => Subject::names().collect(),
         ([], true) => QUICK_SCENES.to_vec(),
-        (named, _) => named.iter().map(String::as_str).collect(),
+        (named, _) => named.iter().map(String::as_str).filter(|name| !ponds::is_pond(name)).collect(),
     };
     let root = paths::workspace_root();
     let subjects: Vec<_> = names
         .into_iter()
         .map(|name| Subject::open(name, &root).with_context(|| format!("--scene {name}")))
         .collect::<Result<_>>()?;
-    if subjects.is_empty() {
+    if subjects.is_empty() && ponds::named(&args.scenes, args.quick).is_empty() {
         bail!("there is no scene to compare");
     }
     Ok(subjects)

@@ -42,7 +42,7 @@ pub(super) struct Method {
     pub(super) floor: Box<Floors>,
 }
 
-pub(super) type Floors = dyn Fn(&HeightField) -> Result<Floor, PondError>;
+type Floors = dyn Fn(&HeightField) -> Result<Floor, PondError>;
 
 /// The light on one floor.
 pub(super) struct Floor {

@@ -52,7 +52,10 @@ impl MethodArgs {
             executor.execute()?;
             let frame = plan.read(executor.as_mut())?;
             if frame.upward_beams > 0 {
-                messages::warn(&format!("{} beams do not travel downwards, and are dark", frame.upward_beams));
+                messages::warn(&format!(
+                    "{} beams do not travel downwards, and are dark",
+                    frame.upward_beams
+                ));
             }
             Ok(Floor { light: frame.light, outside: frame.outside_states })
         };

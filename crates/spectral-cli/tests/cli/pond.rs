@@ -12,11 +12,6 @@ fn floor(folder: &Path, file: &str) -> HeightField {
     HeightField::from_exr(&folder.join(file), [1.0, 1.0]).expect("one finite channel")
 }
 
-/// What was written to `s.json`.
-fn stats(folder: &Path) -> serde_json::Value {
-    serde_json::from_slice(&fs::read(folder.join("s.json")).expect("read")).expect("JSON")
-}
-
 #[test]
 fn methods_agree_as_far_as_they_should() {
     let folder = tempfile::tempdir().expect("folder");

@@ -1,0 +1,286 @@
+//! The pond: the plans of both methods on every executor, held against each other and against the integral in f64.
+
+use std::time::Instant;
+
+use caustic_heightfield::{
+    Convolution, ConvolutionSettings, FloorGrid, HeightField, LowRank, LowRankSettings, PlanSettings, Pond,
+    PondError, PondPlan, exact, relative_rms,
+};
+use frame_plan::{DeviceInfo, Executor};
+use serde_json::{Value, json};
+use xtask::executors::POND_EXECUTORS;
+use xtask::metrics::Map;
+use xtask::ponds::{EXTENT_M, PONDS, PondSubject, fault, light, spoiled};
+use xtask::sabotage::Sabotage;
+
+use super::report::{Check, Control, PictureRow, Report, SceneEntry, difference, shown};
+
+/// Most relative RMS of two executors on different devices: f32 rounds sums of some thousand products.
+const PARITY: f64 = 1e-5;
+/// Most relative RMS of low-rank terms, which are asked for 1 %, against the integral.
+const LOW_RANK: f64 = 0.011;
+/// Least relative deviation from the mean of a floor with waves above it.
+const VARIES: f64 = 0.01;
+/// Name of the integral in checks.
+const EXACT: &str = "exact";
+
+/// An executor that runs the pond's passes.
+pub(super) struct PondContender {
+    name: &'static str,
+    info: DeviceInfo,
+    executor: Box<dyn Executor>,
+}
+
+/// Those of the executors that ran so far, by their names, started anew for the pond.
+pub(super) fn contenders(names: &[&str], report: &mut Report) -> Vec<PondContender> {
+    let mut contenders = Vec::new();
+    for candidate in POND_EXECUTORS.iter().filter(|candidate| names.contains(&candidate.name)) {
+        match (candidate.open)(None) {
+            Ok(executor) => {
+                let info = executor.info().clone();
+                contenders.push(PondContender { name: candidate.name, info, executor });
+            }
+            Err(error) => report.checks.push(failed("pond", "all", candidate.name, error.to_string())),
+        }
+    }
+    contenders
+}
+
+/// A floor and who made it; no device for the integral.
+struct Floor {
+    name: &'static str,
+    device: Option<DeviceInfo>,
+    irradiance: Vec<f64>,
+}
+
+/// Compare everything on one pond; whatever goes wrong becomes a check that fails.
+pub(super) fn compare(
+    subject: &PondSubject,
+    side: usize,
+    sabotage: Option<Sabotage>,
+    contenders: &mut [PondContender],
+    report: &mut Report,
+) {
+    let start = Instant::now();
+    let mut entry = SceneEntry { name: subject.name.into(), notes: Vec::new(), rows: Vec::new() };
+    match compare_methods(subject, side, sabotage, contenders, report) {
+        Ok(rows) => entry.rows = rows,
+        Err(error) => report.checks.push(failed(subject.name, "all", EXACT, error.to_string())),
+    }
+    let note = format!("{side} x {side} samples; all of it: {:.1} s", start.elapsed().as_secs_f64());
+    eprintln!("  {note}");
+    entry.notes.push(note);
+    report.scenes.push(entry);
+}
+
+fn compare_methods(
+    subject: &PondSubject,
+    side: usize,
+    sabotage: Option<Sabotage>,
+    contenders: &mut [PondContender],
+    report: &mut Report,
+) -> Result<Vec<PictureRow>, PondError> {
+    let (surface, pond) = (subject.surface([side; 2])?, subject.pond());
+    let integral = Floor {
+        name: EXACT,
+        device: None,
+        irradiance: exact(&surface, &pond, FloorGrid::below(&surface))?.irradiance,
+    };
+    let mut rows = Vec::new();
+    for (method, plan, bound) in plans(&surface, &pond)? {
+        let mut floors = Vec::new();
+        let last = contenders.len().saturating_sub(1);
+        for (i, contender) in contenders.iter_mut().enumerate() {
+            let fault = sabotage.filter(|_| i == last);
+            report.spoiled_plans += usize::from(fault.is_some());
+            let given = fault.map_or_else(|| plan.clone(), |fault| spoiled(&plan, fault));
+            match light(&given, &surface, contender.executor.as_mut()) {
+                Ok(frame) => floors.push(Floor {
+                    name: contender.name,
+                    device: Some(contender.info.clone()),
+                    irradiance: frame.light.irradiance,
+                }),
+                Err(error) => {
+                    report.checks.push(failed(subject.name, method, contender.name, error.to_string()));
+                }
+            }
+        }
+        for (i, a) in floors.iter().enumerate() {
+            for b in &floors[i + 1..] {
+                check(subject, method, a, b, Some(parity(a, b)), side, report);
+            }
+            check(subject, method, a, &integral, bound, side, report);
+        }
+        // A spoiled executor is no measure for controls.
+        if let (None, Some(contender), Some(good)) = (sabotage, contenders.first_mut(), floors.first()) {
+            control_plans(subject, method, (&plan, &surface), good, contender, report);
+        }
+        rows.push(pictures(method, &floors, &integral, side));
+    }
+    Ok(rows)
+}
+
+/// A method's name, its plan, and the most that it may be from the integral, if anything.
+type Planned = (&'static str, PondPlan, Option<f64>);
+
+/// Both methods' plans.
+fn plans(surface: &HeightField, pond: &Pond) -> Result<[Planned; 2], PondError> {
+    let settings = PlanSettings::default();
+    let terms = LowRank::<f32>::new(std::slice::from_ref(surface), pond, LowRankSettings::default())?;
+    let paper = Convolution::<f32>::new(surface.size, EXTENT_M, pond, ConvolutionSettings::default())?;
+    Ok([("low-rank", terms.plan(&settings)?, Some(LOW_RANK)), ("convolution", paper.plan(&settings)?, None)])
+}
+
+/// What may lie between two executors: nothing on one driver.
+fn parity(a: &Floor, b: &Floor) -> f64 {
+    let driver = |floor: &Floor| floor.device.as_ref().map(ToString::to_string);
+    if driver(a) == driver(b) { 0.0 } else { PARITY }
+}
+
+/// The distance of two floors, and what is wrong with it or with them.
+fn judge(a: &[f64], b: &[f64], bound: Option<f64>) -> (Value, Vec<String>) {
+    let mut problems = Vec::new();
+    for (name, floor) in [("a", a), ("b", b)] {
+        let mean = floor.iter().sum::<f64>() / floor.len() as f64;
+        let deviation = relative_rms(floor, &vec![mean; floor.len()]);
+        if !(mean > 0.0 && mean < 1.0 && deviation.is_finite()) {
+            problems.push(format!("nothing to compare, {name}: mean irradiance {mean}"));
+        } else if deviation < VARIES {
+            problems.push(format!("nothing to compare, {name}: varies by {deviation} only"));
+        }
+    }
+    if !problems.is_empty() {
+        return (Value::Null, problems);
+    }
+    let rms = relative_rms(a, b);
+    let total_y = a.iter().sum::<f64>() / b.iter().sum::<f64>();
+    if let Some(bound) = bound.filter(|&bound| rms > bound) {
+        problems.push(format!("RMS {rms:.2e} is above {bound:.2e}"));
+    }
+    (json!({ "rms": rms, "total_y": total_y }), problems)
+}
+
+/// A check with its controls: faults put into `a`, each of which must be found.
+fn check(
+    subject: &PondSubject,
+    method: &str,
+    a: &Floor,
+    b: &Floor,
+    bound: Option<f64>,
+    side: usize,
+    report: &mut Report,
+) {
+    let (metrics, problems) = judge(&a.irradiance, &b.irradiance, bound);
+    let name = format!("{} {method}: {} against {}", subject.name, a.name, b.name);
+    if problems.is_empty() && bound.is_some() {
+        for (fault, spoil) in FAULTS {
+            let mut spoiled = a.irradiance.clone();
+            spoil(&mut spoiled, side);
+            let failed = !judge(&spoiled, &b.irradiance, bound).1.is_empty();
+            report.controls.push(Control { name: format!("{name}: {fault}"), failed });
+        }
+    }
+    report.checks.push(Check {
+        scene: subject.name.into(),
+        method: method.into(),
+        layer: "floor",
+        a: a.name,
+        b: b.name,
+        metrics,
+        bound: bound.map_or(Value::Null, |rms| json!({ "rms": rms })),
+        oracle_standard_error: None,
+        within_oracle_noise: None,
+        ok: problems.is_empty(),
+        problems,
+    });
+}
+
+/// Spoils a floor of so many samples on a side.
+type Spoil = fn(&mut Vec<f64>, usize);
+
+/// Faults put into a finished floor.
+const FAULTS: [(&str, Spoil); 4] = [
+    ("every eighth row dark", |floor, side| {
+        floor.chunks_mut(side).step_by(8).for_each(|row| row.fill(0.0));
+    }),
+    ("moved by 1/32", |floor, side| floor.chunks_mut(side).for_each(|row| row.rotate_right(side / 32))),
+    ("one NaN", |floor, _| floor[0] = f64::NAN),
+    ("black", |floor, _| floor.fill(0.0)),
+];
+
+/// Spoil the plan in every way, run it again where `good` was made, and ask for the same bits: they must not come.
+fn control_plans(
+    subject: &PondSubject,
+    method: &str,
+    (plan, surface): (&PondPlan, &HeightField),
+    good: &Floor,
+    contender: &mut PondContender,
+    report: &mut Report,
+) {
+    for sabotage in Sabotage::ALL {
+        let failed = match light(&spoiled(plan, sabotage), surface, contender.executor.as_mut()) {
+            Ok(frame) => !judge(&frame.light.irradiance, &good.irradiance, Some(PARITY)).1.is_empty(),
+            // A plan without one of its passes may be refused: noticed as well.
+            Err(_) => true,
+        };
+        report
+            .controls
+            .push(Control { name: format!("{} {method}: {}", subject.name, fault(sabotage)), failed });
+    }
+}
+
+/// Everyone's floors side by side, with what the first lacks to the integral.
+fn pictures(method: &str, floors: &[Floor], integral: &Floor, side: usize) -> PictureRow {
+    let brightest = integral.irradiance.iter().copied().fold(0.0, f64::max);
+    let white = |floor: &Floor| -> Vec<[f32; 3]> {
+        floor.irradiance.iter().map(|&y| [0.950_47, 1.0, 1.088_83].map(|w| (w * y) as f32)).collect()
+    };
+    let size = [side; 2];
+    let reference = white(integral);
+    let reference = Map { size, xyz: &reference };
+    let mut pictures = vec![(EXACT.to_owned(), shown(&reference, 1.0 / brightest))];
+    for floor in floors {
+        let xyz = white(floor);
+        let map = Map { size, xyz: &xyz };
+        pictures.push((floor.name.to_owned(), shown(&map, 1.0 / brightest)));
+        let scale = 0.02 * brightest;
+        let caption = format!("{} - {EXACT}: red +{scale:.1e}, blue -{scale:.1e} lux", floor.name);
+        pictures.push((caption, difference(&map, &reference, scale)));
+    }
+    PictureRow { title: format!("{method}, floor, exposure {:.3e} / lux", 1.0 / brightest), pictures }
+}
+
+/// Something that should have given a floor gave an error.
+fn failed(scene: &str, method: &str, who: &'static str, problem: String) -> Check {
+    eprintln!("  {who}: {problem}");
+    Check {
+        scene: scene.into(),
+        method: method.into(),
+        layer: "floor",
+        a: who,
+        b: who,
+        metrics: Value::Null,
+        bound: Value::Null,
+        oracle_standard_error: None,
+        within_oracle_noise: None,
+        ok: false,
+        problems: vec![problem],
+    }
+}
+
+/// The ponds of these names; all of them where none is named, one in a quick run. `pond` is all of them.
+pub(super) fn named(names: &[String], quick: bool) -> Vec<&'static PondSubject> {
+    let wanted = |pond: &&PondSubject| match names {
+        [] => !quick || pond.name == PONDS[0].name,
+        names => names.iter().any(|name| name == pond.name || name == ALL_PONDS),
+    };
+    PONDS.iter().filter(wanted).collect()
+}
+
+/// The name of all ponds together.
+const ALL_PONDS: &str = "pond";
+
+/// Whether this names a pond, and no scene.
+pub(super) fn is_pond(name: &str) -> bool {
+    name == ALL_PONDS || PONDS.iter().any(|pond| pond.name == name)
+}
