@@ -3,12 +3,7 @@
 use std::sync::Arc;
 
 use super::interval::Interval;
-
-/// Samples of a table's domain along each of its arguments, for its range and steepness: of one argument, of two.
-const LATTICE: [usize; 2] = [513, 65];
-
-/// A function of one or two numbers.
-type Function = Arc<dyn Fn(&[f64]) -> f64 + Send + Sync>;
+use super::table::{Function, Table};
 
 /// A value of an [`Expressions`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,26 +35,6 @@ pub(super) enum Kind {
     Product(Node, Node),
     /// A function of one or two others.
     Table { table: Table, of: Vec<Node> },
-}
-
-/// A function and what its samples say of it.
-#[derive(Clone)]
-pub(super) struct Table {
-    pub(super) function: Function,
-    /// Where it is defined; arguments are clamped to this.
-    pub(super) domain: Vec<Interval>,
-    /// Its change per change of each argument, at most.
-    pub(super) steepness: Vec<f64>,
-}
-
-impl Table {
-    /// The value at the place of the domain nearest to `arguments`, which are used up.
-    pub(super) fn at(&self, arguments: &mut [f64]) -> f64 {
-        for (x, domain) in arguments.iter_mut().zip(&self.domain) {
-            *x = x.clamp(domain.low, domain.high);
-        }
-        (self.function)(arguments)
-    }
 }
 
 impl Expressions {
@@ -123,50 +98,9 @@ impl Expressions {
     }
 
     fn tabulated(&mut self, name: &str, of: Vec<Node>, function: Function) -> Node {
-        let domain: Vec<Interval> = of.iter().map(|f| self.range(*f)).collect();
-        let side = LATTICE[of.len() - 1];
-        let count = side.pow(of.len() as u32);
-        // Sample number `i`: the digits of i, to the base `side`, are places along the arguments.
-        let place = |i: usize, k: usize| i / side.pow(k as u32) % side;
-        let values: Vec<f64> = (0..count)
-            .map(|i| {
-                let at: Vec<f64> = domain
-                    .iter()
-                    .enumerate()
-                    .map(|(k, d)| d.low + d.width() * place(i, k) as f64 / (side - 1) as f64)
-                    .collect();
-                function(&at)
-            })
-            .collect();
-        // How far the function changes between neighbouring samples along argument k, and how much that itself changes.
-        let differences = |k: usize, order: usize, next: usize| {
-            let values = &values;
-            (0..count).filter(move |i| place(*i, k) + order < side).map(move |i| match order {
-                1 => values[i + next] - values[i],
-                _ => values[i + 2 * next] - 2.0 * values[i + next] + values[i],
-            })
-        };
-        let largest = |values: &mut dyn Iterator<Item = f64>| values.fold(0.0_f64, |m, x| m.max(x.abs()));
-        let mut steepness = Vec::new();
-        let mut margin = 0.0;
-        for (k, domain) in domain.iter().enumerate() {
-            let next = side.pow(k as u32);
-            let curved = largest(&mut differences(k, 2, next));
-            let step = domain.width() / (side - 1) as f64;
-            let steepest = largest(&mut differences(k, 1, next)) + curved;
-            steepness.push(if step > 0.0 { steepest / step } else { 0.0 });
-            // Between samples a function leaves the line through them by an eighth of its second difference; at the ends of a
-            // table it does not leave it outwards if it is monotone.
-            let up = differences(k, 1, next).all(|d| d >= 0.0);
-            if !up && !differences(k, 1, next).all(|d| d <= 0.0) {
-                margin += 0.25 * curved;
-            }
-        }
-        let sampled = Interval::of(values.iter().copied());
-        let range = sampled.widened(margin);
-        // What is nowhere negative among its samples is not made so by the margin.
-        let range = if sampled.low >= 0.0 { Interval { low: range.low.max(0.0), ..range } } else { range };
-        self.push(name, Kind::Table { table: Table { function, domain, steepness }, of }, range)
+        let table = Table::new(function, of.iter().map(|f| self.range(*f)).collect());
+        let range = table.range;
+        self.push(name, Kind::Table { table, of }, range)
     }
 
     fn push(&mut self, name: &str, kind: Kind, range: Interval) -> Node {

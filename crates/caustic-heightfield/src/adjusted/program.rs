@@ -4,9 +4,9 @@ use rayon::prelude::*;
 use serde::Serialize;
 
 use super::compile::Adjust;
-use super::expression::Table;
 use super::format::Format;
 use super::interval::Interval;
+use super::table::Table;
 
 /// Samples that go through all passes together.
 const CHUNK: usize = 256;

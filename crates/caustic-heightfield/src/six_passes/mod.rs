@@ -28,8 +28,8 @@ pub enum Accumulation {
     /// buffer adds up the three.
     #[default]
     PerTerm,
-    /// Every tap of every kernel is an image that is added to the frame buffer, which rounds and clamps each time: what was done
-    /// without convolution filters, and for kernels larger than theirs.
+    /// Every tap of every kernel is an image that is added to the frame buffer, which rounds and clamps each time, as hardware must that
+    /// has no convolution filters or only smaller ones.
     PerTap,
 }
 
