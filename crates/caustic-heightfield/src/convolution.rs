@@ -4,13 +4,14 @@
 //! n = 2a, and the surface is taken to be at z = 0 (d >> h). Both are good only for light from nearly straight above.
 
 use num_traits::Float;
+use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
 use crate::convolve::{Convolve, Sample, TermSum, Window};
 use crate::error::PondError;
 use crate::exact::largest_tilt;
 use crate::floor::{FloorGrid, FloorLight, floor_light};
-use crate::height_field::HeightField;
+use crate::height_field::{CHUNK, HeightField};
 use crate::lobe::Lobe;
 use crate::plan::{Method, PlanSettings, PondPlan};
 use crate::pond::{Form, Outside, Pond};
@@ -93,14 +94,14 @@ impl<T: Sample> Convolution<T> {
     /// What is convolved (passes 4 and 5): flux L_j (-L_z)^(n - 1) for j = x, y and flux (-L_z)^n for z.
     fn sources(&self, light: &SurfaceLight) -> Vec<Vec<T>> {
         let exponent = 2.0 * self.pond.scattering - 1.0;
-        let mut sources: Vec<Vec<T>> = (0..3).map(|_| Vec::with_capacity(light.flux.len())).collect();
-        for (direction, flux) in light.directions.iter().zip(&light.flux) {
-            let products = source_products(*direction, *flux, exponent);
-            for (source, product) in sources.iter_mut().zip(products) {
-                source.push(T::rounded(product));
-            }
-        }
-        sources
+        let products: Vec<[T; 3]> = light
+            .directions
+            .par_iter()
+            .zip(&light.flux)
+            .with_min_len(CHUNK)
+            .map(|(direction, flux)| source_products(*direction, *flux, exponent).map(T::rounded))
+            .collect();
+        (0..3).into_par_iter().map(|k| products.iter().map(|product| product[k]).collect()).collect()
     }
 }
 

@@ -3,6 +3,8 @@
 use crate::error::{PondError, check_positive};
 use crate::pond::Outside;
 
+/// Samples that are worth a task of their own.
+pub(crate) const CHUNK: usize = 512;
 /// Most samples on a side.
 pub(crate) const MAX_SIDE: usize = 1 << 14;
 

@@ -1,15 +1,20 @@
 //! Normals of a height field (pass 1 of the paper).
 
 use num_traits::Float;
+use rayon::prelude::*;
 
-use crate::height_field::{HeightField, Heights};
+use crate::height_field::{CHUNK, HeightField, Heights};
 use crate::pond::{Normals, Outside};
 
 /// Slopes (dh/dx, dh/dy) at every sample.
 pub(crate) fn slopes(surface: &HeightField, rule: Normals, outside: Outside) -> Vec<[f64; 2]> {
     let heights = surface.view(outside);
     let width = surface.size[0];
-    (0..heights.heights_m.len()).map(|s| slopes_at(&heights, rule, s % width, s / width)).collect()
+    (0..heights.heights_m.len())
+        .into_par_iter()
+        .with_min_len(CHUNK)
+        .map(|s| slopes_at(&heights, rule, s % width, s / width))
+        .collect()
 }
 
 /// Slopes at sample (i, j).

@@ -5,8 +5,8 @@ use serde::Serialize;
 use spectral_core::optics::{Real, Refraction, refract};
 
 use crate::error::PondError;
-use crate::height_field::HeightField;
-use crate::normals::{normal_of_slopes, slopes};
+use crate::height_field::{CHUNK, HeightField};
+use crate::normals::{normal_of_slopes, slopes_at};
 use crate::pond::{Form, Pond};
 use crate::refraction_table::RefractionTable;
 use crate::shadow::self_shadowed;
@@ -45,9 +45,6 @@ pub struct SurfaceReport {
     /// Flux that passes it.
     pub transmitted_flux: f64,
 }
-
-/// Samples that are worth a task of their own.
-const CHUNK: usize = 512;
 
 /// Light as every sample of the surface meets it.
 #[derive(Clone, Copy, Debug)]
@@ -133,6 +130,20 @@ impl SurfaceReport {
             Fate::TotallyReflected => self.totally_reflected += 1,
         }
     }
+
+    /// Of both parts of a surface.
+    fn plus(self, other: Self) -> Self {
+        Self {
+            samples: self.samples + other.samples,
+            past_45_degrees: self.past_45_degrees + other.past_45_degrees,
+            steepest_slope: self.steepest_slope.max(other.steepest_slope),
+            self_shadowed: self.self_shadowed + other.self_shadowed,
+            turned_away: self.turned_away + other.turned_away,
+            totally_reflected: self.totally_reflected + other.totally_reflected,
+            incident_flux: self.incident_flux + other.incident_flux,
+            transmitted_flux: self.transmitted_flux + other.transmitted_flux,
+        }
+    }
 }
 
 impl SurfaceLight {
@@ -154,17 +165,25 @@ impl SurfaceLight {
             facets_are_larger: pond.form == Form::Physical,
             table: None,
         };
-        let slopes = slopes(surface, pond.normals, pond.outside);
-        let beam = |(sample, slopes): (usize, &[f64; 2])| {
-            sun.beam(*slopes, pond.illumination.at(sample), || shadows[sample])
+        let heights = surface.view(pond.outside);
+        let width = surface.size[0];
+        let mut directions = vec![[0.0; 3]; surface.heights_m.len()];
+        let mut flux = vec![0.0; surface.heights_m.len()];
+        let light_chunk = |(chunk, (directions, flux)): (usize, (&mut [[f64; 3]], &mut [f64]))| {
+            let mut report = SurfaceReport { samples: flux.len(), ..SurfaceReport::default() };
+            for (i, (direction, flux)) in directions.iter_mut().zip(flux).enumerate() {
+                let sample = chunk * CHUNK + i;
+                let slopes = slopes_at(&heights, pond.normals, sample % width, sample / width);
+                let beam = sun.beam(slopes, pond.illumination.at(sample), || shadows[sample]);
+                report.count(&beam, slopes[0].hypot(slopes[1]));
+                (*direction, *flux) = (beam.direction, beam.flux);
+            }
+            report
         };
-        let beams: Vec<Beam<f64>> = slopes.par_iter().enumerate().with_min_len(CHUNK).map(beam).collect();
-        let mut report = SurfaceReport { samples: beams.len(), ..SurfaceReport::default() };
-        for (beam, slope) in beams.iter().zip(&slopes) {
-            report.count(beam, slope[0].hypot(slope[1]));
-        }
-        let directions = beams.iter().map(|beam| beam.direction).collect();
-        let flux = beams.iter().map(|beam| beam.flux).collect();
+        let chunks = directions.par_chunks_mut(CHUNK).zip(flux.par_chunks_mut(CHUNK)).enumerate();
+        let reports: Vec<SurfaceReport> = chunks.map(light_chunk).collect();
+        // In order: the same sums on any number of threads.
+        let report = reports.into_iter().fold(SurfaceReport::default(), SurfaceReport::plus);
         Ok(Self { size: surface.size, directions, flux, report })
     }
 }
