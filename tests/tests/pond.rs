@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use caustic_heightfield::*;
+use frame_plan::Executor;
 use workspace_tests::pond_executors;
 
 /// Relative RMS that the same plan may differ by between the CPU and a device: what f32 leaves of some thousand sums.
@@ -275,6 +276,56 @@ fn impulses_are_the_same_waves_on_every_executor() {
                 let bound = if levels.is_some() { 1e-3 } else { 1e-4 };
                 assert!(error < bound, "{name} on {id}, {levels:?}: {error}");
             }
+        }
+    }
+}
+
+/// Pebbles fall, the sun moves: after the second frame nothing is made, and each frame is that of its own time.
+#[test]
+fn moving_frames_make_nothing() {
+    let ripple = Ripple {
+        front_m_s: 0.5,
+        alpha_per_s: 0.4,
+        beta_per_m: 3.0,
+        wave_number_rad_m: 60.0,
+        frequency_rad_s: 30.0,
+    };
+    let (size, pond) = ([40, 32], pond(0.0, 30.0));
+    let heights = HeightSource::Impulses { capacity: 64, distance_levels: None };
+    let settings = PlanSettings { heights, refraction_entries: Some(256) };
+    let still = convolution(size, &pond, Default::default()).plan(&settings).unwrap();
+    let moved = |plan: &mut PondPlan, executor: &mut dyn Executor, frame: u32| {
+        let pebble = |i: u32| Impulse {
+            position_m: [0.1 * f64::from(i), 0.5],
+            start_s: 0.05 * f64::from(i),
+            amplitude_m: 0.002,
+        };
+        let pebbles: Vec<Impulse> = (0..=frame).map(pebble).collect();
+        let sun = Pond { light_direction: light_tilted_deg(f64::from(frame)), ..pond.clone() };
+        plan.write_light(executor, &sun).unwrap();
+        let time_s = 0.3 + 0.1 * f64::from(frame);
+        plan.write_impulses(executor, &ripple, &pebbles, WallImages::Four, time_s).unwrap();
+        executor.execute().unwrap();
+    };
+    for (id, mut executor) in pond_executors() {
+        let executor = executor.as_mut();
+        let mut plan = still.clone();
+        executor.prepare(&plan.plan).unwrap();
+        let mut by_second = None;
+        for frame in 0..8 {
+            moved(&mut plan, executor, frame);
+            if frame == 1 {
+                by_second = Some(executor.made());
+            }
+        }
+        assert_eq!(Some(executor.made()), by_second, "{id}");
+        let last = plan.read(executor).unwrap().light.irradiance;
+        // The same moment and the one before, each of a plan of its own.
+        for (frame, is_last) in [(7, true), (6, false)] {
+            let mut plan = still.clone();
+            executor.prepare(&plan.plan).unwrap();
+            moved(&mut plan, executor, frame);
+            assert_eq!(plan.read(executor).unwrap().light.irradiance == last, is_last, "{id}: frame {frame}");
         }
     }
 }

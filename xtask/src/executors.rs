@@ -75,11 +75,22 @@ pub struct UnknownExecutor {
 /// # Errors
 /// Names the first that there is not.
 pub fn named(ids: &[String]) -> Result<Vec<&'static Candidate>, UnknownExecutor> {
+    named_of(EXECUTORS, ids)
+}
+
+/// As [`named`], of some of them.
+///
+/// # Errors
+/// As [`named`].
+pub fn named_of(
+    all: &'static [Candidate],
+    ids: &[String],
+) -> Result<Vec<&'static Candidate>, UnknownExecutor> {
     if ids.is_empty() {
-        return Ok(EXECUTORS.iter().collect());
+        return Ok(all.iter().collect());
     }
     let find =
-        |id: &String| EXECUTORS.iter().find(|c| c.id == id).ok_or_else(|| UnknownExecutor { id: id.clone() });
+        |id: &String| all.iter().find(|c| c.id == id).ok_or_else(|| UnknownExecutor { id: id.clone() });
     ids.iter().map(find).collect()
 }
 

@@ -8,7 +8,7 @@
 //! [`AsmRenderer`] is for applications that want caustics and nothing else: it makes asm-core's plans and runs them, and
 //! [`DisplayPass`] records them into a host's encoder and brings the picture to a texture of the host's.
 //!
-//! Examples: `headless` bakes without a window, `host` puts caustics into another application's frame. Tests need a device, and
+//! Examples: `headless` bakes without a window, `pond` drops pebbles into `caustic-heightfield`'s, `host` puts caustics into another application's frame. Tests need a device, and
 //! fail without one unless `SPECTRAL_ALLOW_SKIP=1`; `SPECTRAL_ADAPTER` chooses one by part of its name.
 
 mod adapter;

@@ -1,5 +1,6 @@
 //! `cargo xtask bench`: the tables 2 and 3 of Blanchette & Agu 2013, and moving frames, measured here on every executor;
-//! with `--peers` the race against other renderers, with `--pond-scipy` the one of the pond against SciPy.
+//! with `--peers` the race against other renderers, with `--pond` table 1 of Trendall & Stewart 2000, with `--pond-scipy` the
+//! race of the pond against SciPy.
 //!
 //! What is compared is measured in turns, in one run, on one device: shared machines slow down and speed up, ratios stay.
 
@@ -46,6 +47,13 @@ pub(crate) struct Args {
     /// Instead: race Mitsuba 3 and LuxCore to equal error; they are installed from the package registries into target/peers.
     #[arg(long)]
     peers: bool,
+    /// Instead: frames per second of the pond per executor.
+    #[arg(long, conflicts_with_all = ["peers", "pond_scipy"])]
+    pond: bool,
+    /// Samples of the pond on a side, 128 and 256 by default. May be repeated.
+    #[arg(long = "pond-size", value_name = "N", requires = "pond", default_values_t = [128, 256],
+          value_parser = clap::value_parser!(u32).range(8..=8192))]
+    pond_sizes: Vec<u32>,
     /// Instead: race SciPy's fftconvolve on the pond; it is installed from the package registry into target/peers.
     #[arg(long, conflicts_with = "peers")]
     pond_scipy: bool,
@@ -80,6 +88,9 @@ impl Column {
 /// # Errors
 /// Unknown names, an unwritable folder, an executor that fails on the way.
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
+    if args.pond {
+        return pond::table_1::run(args);
+    }
     if args.peers {
         return peers::run(args);
     }

@@ -3,6 +3,7 @@
 //! SciPy's side is a program of its own from the heights on, so that equal floors also say that both compute the same sums.
 
 mod scipy;
+pub(super) mod table_1;
 
 use std::fmt::Write;
 use std::process::ExitCode;
