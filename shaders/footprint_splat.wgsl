@@ -117,7 +117,7 @@ const MANY_WIDEST: f32 = 3.5;
 const LEAST_STEPS: f32 = 4.0;
 
 // Steps of all light of the emission view, were it evenly spread over its cells.
-const ALL_STEPS: f32 = 1e7;
+const ALL_STEPS: f32 = 2.5e6;
 
 // Of a cell that has this part of all light: such that none is longer than a quarter of a texel, unless there were too many.
 fn steps_of(extent: Extent, part_of_light: f32, bins: u32) -> Steps {
@@ -133,7 +133,7 @@ fn steps_of(extent: Extent, part_of_light: f32, bins: u32) -> Steps {
     return Steps(u32(clamp(ceil(across / step), 1.0, MOST_STEPS)), u32(clamp(ceil(down / step), 1.0, MOST_STEPS)), bands);
 }
 
-// Bands where what the glass absorbs depends on the wavelength.
+// What glass absorbs is averaged over so many parts of a range.
 const ABSORBING_BANDS: u32 = 8u;
 
 fn running_band(bin: u32, material: u32) -> RunningBand {
@@ -166,8 +166,42 @@ fn absorptions_at(at: vec3<f32>, material: u32) -> vec3<f32> {
     return mix(a, b, at - vec3<f32>(lower));
 }
 
-fn put_down(face: u32, middle: vec2<f32>, width: vec2<f32>, channel: u32, flux: u32) {
-    splat_tent(views[params.cells.map_view + face].size, face, middle, width, channel, flux);
+// Some bins of a cell's light, by corner.
+struct LandedBand {
+    at: array<vec2<f32>, 4>,     // texels of the map
+    along: vec2<f32>,            // from their first to their last
+    weight: vec3<u32>,           // XYZ, as parts of all light
+    passes: array<vec3<f32>, 4>, // share of the flux of each channel that comes through
+}
+
+// Some bins of a cell's light, where all of it lands as one.
+fn landed_band(cell: FootprintCell, bin: u32, bins: u32, first: PathLanding) -> LandedBand {
+    let lit = first.place >> 8u;
+    let medium = first.medium;
+    let from_x = abscissa(cell, medium, f32(bin));
+    let to_x = abscissa(cell, medium, f32(bin + bins));
+    let center = abscissa(cell, medium, centroids(bin, bins, lit).y);
+    var landed: LandedBand;
+    landed.weight = band_weight(bin + bins, lit) - band_weight(bin, lit);
+    for (var corner = 0u; corner < 4u; corner++) {
+        landed.at[corner] = place_at(corner, center);
+        landed.along += 0.25 * (place_at(corner, to_x) - place_at(corner, from_x));
+    }
+    let absorbs = absorption_at(cell.first + cell.bins / 2u, medium) > 0.0;
+    let parts_of_it = select(1u, clamp(ABSORBING_BANDS * bins / cell.bins, 1u, bins), absorbs);
+    let own_bins = bins / parts_of_it;
+    for (var i = 0u; i < parts_of_it; i++) {
+        let own_bin = bin + i * own_bins;
+        let weight = band_weight(own_bin + own_bins, lit) - band_weight(own_bin, lit);
+        let centroid = centroids(own_bin, own_bins, lit);
+        let absorptions = absorptions_at(centroid, medium);
+        let x = abscissa(cell, medium, centroid.y);
+        let share = select(vec3<f32>(weight) / vec3<f32>(max(landed.weight, vec3<u32>(1u))), vec3<f32>(0.0), landed.weight == vec3<u32>(0u));
+        for (var corner = 0u; corner < 4u; corner++) {
+            landed.passes[corner] += share * passes_at(corner, x, absorptions);
+        }
+    }
+    return landed;
 }
 
 // A step of Newton's towards the bin of an abscissa.
@@ -280,7 +314,6 @@ fn lay_wide(emitted: Emitted, cell_flux: u32, first: PathLanding) {
 fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
     let first = landing_of(emitted, 0u, 0u, order);
     let face = first.place & 0xffu;
-    let lit = first.place >> 8u;
     let cell = emitted.cell;
     gather(emitted, order, face);
     let extent = extent_of();
@@ -290,60 +323,36 @@ fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
     }
     let texels = views[params.cells.emission_view].size;
     let part_of_light = parts[0] / f32((texels.x * texels.y) << (cell.level.x + cell.level.y));
-    var steps = steps_of(extent, part_of_light, cell.bins);
-    if absorption_at(cell.first + cell.bins / 2u, first.medium) > 0.0 {
-        steps.bands = min(max(steps.bands, ABSORBING_BANDS), cell.bins);
-    }
+    let steps = steps_of(extent, part_of_light, cell.bins);
     let across = steps.across;
     let down = steps.down;
+    let bins = cell.bins / steps.bands;
     let count = across * down * steps.bands;
     // Long steps are not made even where there are many of them: no invocation goes round for ever.
     let widest = select(FEW_WIDEST, MANY_WIDEST, count > FEW_STEPS);
     deposits += count;
-    let bins = cell.bins / steps.bands;
-    var start: RunningBand;
-    var end: RunningBand;
-    var at: array<array<vec2<f32>, 4>, 3>; // by channel and corner
-    var passes: array<vec3<f32>, 4>;
-    var along: vec2<f32>;
+    let size = views[params.cells.map_view + face].size;
+    var landed: LandedBand;
     // One loop over bands and steps: where neighbours have other numbers of both, two would go round as often as their product.
     for (var i = 0u; i < count; i++) {
         let step = i % (across * down);
         if step == 0u {
-            let bin = cell.first + i / (across * down) * bins;
-            start = running_band(bin, lit);
-            end = running_band(bin + bins, lit);
-            let from_x = abscissa(cell, first.medium, f32(bin));
-            let to_x = abscissa(cell, first.medium, f32(bin + bins));
-            let centroid = centroids(bin, bins, lit);
-            let absorptions = absorptions_at(centroid, first.medium);
-            let centers = vec3<f32>(
-                abscissa(cell, first.medium, centroid.x),
-                abscissa(cell, first.medium, centroid.y),
-                abscissa(cell, first.medium, centroid.z),
-            );
-            along = vec2<f32>(0.0);
-            for (var corner = 0u; corner < 4u; corner++) {
-                at[0][corner] = place_at(corner, centers.x);
-                at[1][corner] = place_at(corner, centers.y);
-                at[2][corner] = place_at(corner, centers.z);
-                along += 0.25 * (place_at(corner, to_x) - place_at(corner, from_x));
-                passes[corner] = passes_at(corner, centers.y, absorptions);
-            }
+            landed = landed_band(cell, cell.first + i / (across * down) * bins, bins, first);
         }
         let x = (f32(step % across) + 0.5) / f32(across);
         let y = (f32(step / across) + 0.5) / f32(down);
-        let passed = mix(mix(passes[0], passes[1], x), mix(passes[2], passes[3], x), y);
+        let passed = mix(mix(landed.passes[0], landed.passes[1], x), mix(landed.passes[2], landed.passes[3], x), y);
         let flux = (cell_flux + step) / (across * down);
+        let upper = mix(landed.at[0], landed.at[1], x);
+        let lower = mix(landed.at[2], landed.at[3], x);
+        let step_x = mix(landed.at[1] - landed.at[0], landed.at[3] - landed.at[2], y) / f32(across);
+        let step_y = (lower - upper) / f32(down);
+        let width = min(sqrt(step_x * step_x + step_y * step_y + landed.along * landed.along), vec2<f32>(widest));
+        var own: vec3<u32>;
         for (var c = 0u; c < 3u; c++) {
-            let upper = mix(at[c][0], at[c][1], x);
-            let lower = mix(at[c][2], at[c][3], x);
-            let step_x = mix(at[c][1] - at[c][0], at[c][3] - at[c][2], y) / f32(across);
-            let step_y = (lower - upper) / f32(down);
-            let width = min(sqrt(step_x * step_x + step_y * step_y + along * along), vec2<f32>(widest));
-            let passes_through = flux_part(flux, part_from(passed[c]));
-            put_down(face, mix(upper, lower, y), width, c, flux_part(passes_through, end.weight[c] - start.weight[c]));
+            own[c] = flux_part(flux_part(flux, part_from(passed[c])), landed.weight[c]);
         }
+        splat_tent(size, face, mix(upper, lower, y), width, own);
     }
 }
 
@@ -374,9 +383,11 @@ fn lay_points(emitted: Emitted, cell_flux: u32, order: u32) {
             let weight = band_weight(share.y, landing.place >> 8u) - band_weight(share.x, landing.place >> 8u);
             let through = comes_through(landing, share, landing.place >> 8u);
             let at = map_texel(face, landing.texel);
+            var own: vec3<u32>;
             for (var c = 0u; c < 3u; c++) {
-                put_down(face, at, vec2<f32>(1.0), c, flux_part(flux_part(passed, through[c]), weight[c]));
+                own[c] = flux_part(flux_part(passed, through[c]), weight[c]);
             }
+            splat_tent(views[params.cells.map_view + face].size, face, at, vec2<f32>(1.0), own);
         }
     }
 }

@@ -130,7 +130,7 @@ const MANY_WIDEST: f32 = 3.5;
 const LEAST_STEPS: f32 = 4.0;
 
 /// Steps of all light of the emission view, were it evenly spread over its cells.
-const ALL_STEPS: f32 = 1e7;
+const ALL_STEPS: f32 = 2.5e6;
 
 /// Texels gather light from triangles that cover at least twice as many.
 const LEAST_AREA: f32 = 4.0;
@@ -144,7 +144,7 @@ const PIECES: u32 = 4;
 /// Texels take their light just beside their centres: sides of footprints that run through centres are on one side of them.
 const BESIDE_CENTRE: Vec2 = Vec2::new(1.37e-3, 0.71e-3);
 
-/// Bands where what the glass absorbs depends on the wavelength.
+/// What glass absorbs is averaged over so many parts of a range.
 const ABSORBING_BANDS: u32 = 8;
 
 /// Flux and cells of each node and row of the ledger.
@@ -158,6 +158,18 @@ struct Steps {
     across: u32,
     down: u32,
     bands: u32,
+}
+
+/// Some bins of a cell's light, by corner.
+struct LandedBand {
+    /// Texels of the map.
+    at: [Vec2; 4],
+    /// From their first to their last.
+    along: Vec2,
+    /// XYZ, as parts of all light.
+    weight: [u32; 3],
+    /// Share of the flux of each channel that comes through.
+    passes: [Vec3; 4],
 }
 
 impl Extent {
@@ -328,15 +340,10 @@ impl Inputs<'_> {
         deposits
     }
 
-    fn put_down(&self, face: u32, middle: Vec2, width: Vec2, channel: usize, flux: u32, map: &[AtomicU32]) {
-        let size = self.landings.views[(self.params.cells.map_view + face) as usize].size;
-        splat_tent(size, face, middle, width, channel as u32, flux, map);
-    }
-
     /// All paths belong together: light between them lies between their landings.
     fn lay_footprint(&self, emitted: &Emitted, cell_flux: u32, order: u32, map: &[AtomicU32]) -> u64 {
         let first = self.landings.landing(emitted, 0, 0, order);
-        let (face, lit, medium) = (first.place & 0xff, first.place >> 8, first.medium);
+        let face = first.place & 0xff;
         let cell = &emitted.cell;
         let spread = self.landings.gather(emitted, order, face);
         let extent = spread.extent();
@@ -346,51 +353,71 @@ impl Inputs<'_> {
         let texels = self.landings.views[self.params.cells.emission_view as usize].size;
         let part_of_light =
             spread.parts[0][0] / ((texels.x * texels.y) << (cell.level.x + cell.level.y)) as f32;
-        let mut steps = extent.steps(part_of_light, cell.bins);
-        if self.absorption(cell.first + cell.bins / 2, medium) > 0.0 {
-            steps.bands = steps.bands.max(ABSORBING_BANDS).min(cell.bins);
-        }
-        let Steps { across, down, .. } = steps;
-        let bins = cell.bins / steps.bands;
-        let count = across * down * steps.bands;
+        let Steps { across, down, bands } = extent.steps(part_of_light, cell.bins);
+        let bins = cell.bins / bands;
+        let count = across * down * bands;
         // Long steps are not made even where there are many of them: no invocation goes round for ever.
         let widest = Vec2::splat(if count > FEW_STEPS { MANY_WIDEST } else { FEW_WIDEST });
-        for band in 0..steps.bands {
-            let bin = cell.first + band * bins;
-            let (start, end) = (self.running_band(bin, lit), self.running_band(bin + bins, lit));
-            let [from_x, to_x] =
-                [bin, bin + bins].map(|edge| self.landings.abscissa(cell, medium, edge as f32));
-            let centroids = self.centroids(bin, bins, lit);
-            let absorptions = self.absorptions(centroids, medium);
-            let centers = centroids.map(|center| self.landings.abscissa(cell, medium, center));
-            let mut at = [[Vec2::ZERO; 4]; 3]; // by channel and corner
-            let mut passes = [Vec3::ZERO; 4];
-            let mut along = Vec2::ZERO;
-            for corner in 0..4 {
-                for (at, center) in at.iter_mut().zip(centers) {
-                    at[corner] = spread.place_at(corner, center);
-                }
-                along += 0.25 * (spread.place_at(corner, to_x) - spread.place_at(corner, from_x));
-                passes[corner] = spread.passes(corner, centers[1], absorptions);
-            }
+        let size = self.landings.views[(self.params.cells.map_view + face) as usize].size;
+        for band in 0..bands {
+            let LandedBand { at, along, weight, passes } =
+                self.landed_band(&spread, cell, cell.first + band * bins, bins, first);
             for step in 0..across * down {
                 let x = ((step % across) as f32 + 0.5) / across as f32;
                 let y = ((step / across) as f32 + 0.5) / down as f32;
                 let passed = passes[0].lerp(passes[1], x).lerp(passes[2].lerp(passes[3], x), y);
                 let flux = (cell_flux + step) / (across * down);
-                for (c, at) in at.iter().enumerate() {
-                    let (upper, lower) = (at[0].lerp(at[1], x), at[2].lerp(at[3], x));
-                    let step_x = (at[1] - at[0]).lerp(at[3] - at[2], y) / across as f32;
-                    let step_y = (lower - upper) / down as f32;
-                    let width =
-                        (step_x * step_x + step_y * step_y + along * along).map(f32::sqrt).min(widest);
-                    let own =
-                        flux_part(flux_part(flux, part_from(passed[c])), end.weight[c] - start.weight[c]);
-                    self.put_down(face, upper.lerp(lower, y), width, c, own, map);
-                }
+                let (upper, lower) = (at[0].lerp(at[1], x), at[2].lerp(at[3], x));
+                let step_x = (at[1] - at[0]).lerp(at[3] - at[2], y) / across as f32;
+                let step_y = (lower - upper) / down as f32;
+                let width = (step_x * step_x + step_y * step_y + along * along).map(f32::sqrt).min(widest);
+                let own =
+                    std::array::from_fn(|c| flux_part(flux_part(flux, part_from(passed[c])), weight[c]));
+                splat_tent(size, face, upper.lerp(lower, y), width, own, map);
             }
         }
         u64::from(count)
+    }
+
+    /// Some bins of a cell's light, where all of it lands as one.
+    fn landed_band(
+        &self,
+        spread: &Spread,
+        cell: &FootprintCell,
+        bin: u32,
+        bins: u32,
+        first: &PathLanding,
+    ) -> LandedBand {
+        let (lit, medium) = (first.place >> 8, first.medium);
+        let abscissa = |bin: f32| self.landings.abscissa(cell, medium, bin);
+        let [from_x, to_x] = [bin, bin + bins].map(|edge| abscissa(edge as f32));
+        let center = abscissa(self.centroids(bin, bins, lit)[1]);
+        let mut landed = LandedBand {
+            at: std::array::from_fn(|corner| spread.place_at(corner, center)),
+            along: Vec2::ZERO,
+            weight: self.weight_between(bin, bin + bins, lit),
+            passes: [Vec3::ZERO; 4],
+        };
+        for corner in 0..4 {
+            landed.along += 0.25 * (spread.place_at(corner, to_x) - spread.place_at(corner, from_x));
+        }
+        let absorbs = self.absorption(cell.first + cell.bins / 2, medium) > 0.0;
+        let parts = if absorbs { (ABSORBING_BANDS * bins / cell.bins).clamp(1, bins) } else { 1 };
+        for part in 0..parts {
+            let bin = bin + part * (bins / parts);
+            let weight = self.weight_between(bin, bin + bins / parts, lit);
+            let centroids = self.centroids(bin, bins / parts, lit);
+            let absorptions = self.absorptions(centroids, medium);
+            let x = abscissa(centroids[1]);
+            let share = Vec3::from_array(std::array::from_fn(|c| match landed.weight[c] {
+                0 => 0.0,
+                all => weight[c] as f32 / all as f32,
+            }));
+            for (corner, passes) in landed.passes.iter_mut().enumerate() {
+                *passes += share * spread.passes(corner, x, absorptions);
+            }
+        }
+        landed
     }
 
     /// The place in the spectrum, as a bin, of an abscissa of a cell's range: two steps of Newton's, since the index is nearly
@@ -515,10 +542,9 @@ impl Inputs<'_> {
                 let [start, end] = self.share(&emitted.cell, node);
                 let weight = self.weight_between(start, end, landing.place >> 8);
                 let through = self.comes_through(landing, [start, end], landing.place >> 8);
-                let at = self.landings.map_texel(face, landing.texel);
-                for (c, (weight, through)) in weight.into_iter().zip(through).enumerate() {
-                    self.put_down(face, at, Vec2::ONE, c, flux_part(flux_part(passed, through), weight), map);
-                }
+                let own = std::array::from_fn(|c| flux_part(flux_part(passed, through[c]), weight[c]));
+                let size = self.landings.views[(self.params.cells.map_view + face) as usize].size;
+                splat_tent(size, face, self.landings.map_texel(face, landing.texel), Vec2::ONE, own, map);
             }
         }
         deposits
