@@ -317,7 +317,9 @@ fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
     let cell = emitted.cell;
     gather(emitted, order, face);
     let extent = extent_of();
-    if is_wide(extent) {
+    let curves = curves_of(emitted, order);
+    let bent = bend_of(curves);
+    if is_wide(extent) && max(bent.x, bent.y) <= MOST_BEND {
         lay_wide(emitted, cell_flux, first);
         return;
     }
@@ -345,14 +347,15 @@ fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
         let flux = (cell_flux + step) / (across * down);
         let upper = mix(landed.at[0], landed.at[1], x);
         let lower = mix(landed.at[2], landed.at[3], x);
-        let step_x = mix(landed.at[1] - landed.at[0], landed.at[3] - landed.at[2], y) / f32(across);
-        let step_y = (lower - upper) / f32(down);
+        let beyond = beyond_plane(curves, x, y);
+        let step_x = (mix(landed.at[1] - landed.at[0], landed.at[3] - landed.at[2], y) + beyond.to_right) / f32(across);
+        let step_y = (lower - upper + beyond.to_below) / f32(down);
         let width = min(sqrt(step_x * step_x + step_y * step_y + landed.along * landed.along), vec2<f32>(widest));
         var own: vec3<u32>;
         for (var c = 0u; c < 3u; c++) {
             own[c] = flux_part(flux_part(flux, part_from(passed[c])), landed.weight[c]);
         }
-        splat_tent(size, face, mix(upper, lower, y), width, own);
+        splat_tent(size, face, mix(upper, lower, y) + beyond.place, width, own);
     }
 }
 

@@ -22,23 +22,14 @@ struct FootprintSplit {
 @group(0) @binding(5) var<storage, read_write> queues: array<atomic<u32>>;
 @group(0) @binding(6) var silhouette: texture_2d<u32>; // first surface from the light, finer than cells
 
-// Paths that carry less than this part of a whole cell's flux are not worth a split.
-const NEGLIGIBLE: u32 = 0x400000u; // WHOLE / 512
-
 // A cell that lands on more texels along a side is split while that is allowed.
 const MOST_TEXELS: f32 = 32.0;
 
-// So is one whose sides are bent by more texels.
-const MOST_BEND: f32 = 0.1;
+// Sides of cells that land on more texels are straight.
+const MOST_CURVED: f32 = 4.0;
 
 // Spectra that are longer, texels, are split in two: more nodes lie along them then.
 const MOST_ALONG: f32 = 24.0;
-
-// Two bits behind the first of a stake, and which bit that is.
-fn class_of(at_stake: u32) -> u32 {
-    let bit = firstLeadingBit(max(at_stake, NEGLIGIBLE));
-    return min(4u * (bit - 22u) + ((max(at_stake, NEGLIGIBLE) >> (bit - 2u)) & 3u), CLASSES - 1u);
-}
 
 fn shows_caster(texel: vec2<u32>) -> bool {
     let visible = textureLoad(silhouette, vec2<i32>(texel), 0).r;
@@ -66,6 +57,16 @@ fn hides_detail(emitted: Emitted) -> bool {
     return false;
 }
 
+// Light that lands, of all orders, in units of the queues' LANDED.
+fn landed_of(emitted: Emitted) -> u32 {
+    var landed = 0u;
+    for (var order = 0u; order < params.cells.orders; order++) {
+        let landing = landing_of(emitted, 0u, params.cells.nodes / 2u, order);
+        landed += select(0u, landing.part >> LANDED_SHIFT, landing.end == END_LANDED);
+    }
+    return landed;
+}
+
 // The most that a path of this order carries, as a part of a whole cell's flux: of those that land, and of all.
 fn stakes(emitted: Emitted, order: u32) -> vec2<u32> {
     let splits = emitted.cell.level.x + emitted.cell.level.y;
@@ -76,39 +77,6 @@ fn stakes(emitted: Emitted, order: u32) -> vec2<u32> {
         most = max(most, vec2<u32>(select(0u, part, landing.end == END_LANDED), part));
     }
     return most;
-}
-
-// Texels between three corners in a row and the straight line, as an eighth of their second difference; 0 where they do not belong
-// together.
-fn bend_of(first: u32, step: u32, order: u32) -> f32 {
-    let cells = params.cells;
-    let a = landings[(first * cells.nodes + cells.nodes / 2u) * cells.orders + order];
-    let b = landings[((first + step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
-    let c = landings[((first + 2u * step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
-    if !go_together(a, b) || !go_together(b, c) {
-        return 0.0;
-    }
-    let face = a.place & 0xffu;
-    return longest(map_texel(face, a.texel) - 2.0 * map_texel(face, b.texel) + map_texel(face, c.texel)) / 8.0;
-}
-
-fn bend_along(place: u32, step: u32, beside: u32, before: u32, behind: u32, order: u32) -> f32 {
-    var most = 0.0;
-    if before > 0u {
-        most = max(bend_of(place - step, step, order), bend_of(place + beside - step, step, order));
-    }
-    if behind > 0u {
-        most = max(most, max(bend_of(place, step, order), bend_of(place + beside, step, order)));
-    }
-    return most;
-}
-
-// How far the light between corners lies from the straight lines between their landings, as neighbouring corners tell.
-fn bend(emitted: Emitted, order: u32) -> vec2<f32> {
-    return vec2<f32>(
-        bend_along(emitted.place, 1u, emitted.row, emitted.before.x, emitted.behind.x, order),
-        bend_along(emitted.place, emitted.row, 1u, emitted.before.y, emitted.behind.y, order),
-    );
 }
 
 // What a cell is split along, sums of APART_*, and how much light is at stake.
@@ -135,7 +103,8 @@ fn split_of_cell(emitted: Emitted) -> Split {
         } else if own == TOGETHER {
             gather(emitted, order, landing_of(emitted, 0u, 0u, order).place & 0xffu);
             let extent = extent_of();
-            let bent = bend(emitted, order);
+            let curves = curves_of(emitted, order);
+            let bent = select(unevenness_of(curves), bend_of(curves), max(extent.across, extent.down) > MOST_CURVED);
             if max(extent.across, extent.down) <= MOST_TEXELS && extent.along <= MOST_ALONG {
                 part = u32(f32(part) * min(max(bent.x, bent.y), 1.0));
             }
@@ -168,8 +137,11 @@ fn footprint_split(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
     if !emitted.exists || group.z > 0u {
         return;
     }
+    if params.cells.queue == NO_QUEUE {
+        atomicAdd(&queues[LANDED], landed_of(emitted));
+    }
     let split = split_of_cell(emitted);
-    let class_ = class_of(split.stake);
+    let class_ = urgency(split.stake, emitted.cell.at);
     atomicStore(&queues[params.cells.splits + i], select(split.along | (class_ << SPLIT_CLASS), 0u, split.along == TOGETHER));
     if split.along != TOGETHER {
         atomicAdd(&queues[params.cells.next + QUEUE_HEAD + class_], select(1u, 2u, split.along == BANDS_APART));

@@ -98,8 +98,8 @@ const PATCH_NEW: u32 = 5u;   // most corners that its parent does not have
 
 // A queue of patches: the head of photon_queue.wgsl, how many patches of each class of urgency there were to put into it, then
 // patches of three words.
-const CLASSES: u32 = 32u;
-const PATCHES_HEAD: u32 = 40u; // QUEUE_HEAD + CLASSES
+const CLASSES: u32 = 64u;      // four of each class of stakes
+const PATCHES_HEAD: u32 = 72u; // QUEUE_HEAD + CLASSES
 const PATCH_WORDS: u32 = 3u;
 
 fn patch_words(patch_: Patch) -> vec3<u32> {

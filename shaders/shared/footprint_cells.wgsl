@@ -50,6 +50,29 @@ const WORK_CELLS: u32 = 2u;    // laid down
 const WORK_BINS: u32 = 3u;     // of these cells
 const WORK_COUNTS: u32 = 4u;
 
+// Word of the queues behind these counts: light that lands of the emission view's cells, in parts of a whole cell's flux.
+const LANDED: u32 = 8u;
+
+// Bits of a part, see flux.wgsl, below those that are counted there.
+const LANDED_SHIFT: u32 = 20u;
+
+// Stakes of a split, parts of a whole cell's flux, below this one are never worth it.
+const NEGLIGIBLE: u32 = 0x400000u; // WHOLE / 512
+
+// Nor are those below so many parts for each one that lands: a 43690th of all light that does.
+const NEGLIGIBLE_OF_LANDED: u32 = 24u;
+
+// Half octaves of a stake, from NEGLIGIBLE on.
+fn class_of(stake: u32) -> u32 {
+    let bit = firstLeadingBit(max(stake, NEGLIGIBLE));
+    return min(2u * (bit - 22u) + ((max(stake, NEGLIGIBLE) >> (bit - 1u)) & 1u), CLASSES / 4u - 1u);
+}
+
+// Class of urgency of a split; of equal stakes every fourth cell comes before the others, so that queues are filled evenly.
+fn urgency(stake: u32, at: vec2<u32>) -> u32 {
+    return 4u * class_of(stake) + 2u * ((at.x ^ at.y) & 1u) + (at.y & 1u);
+}
+
 // Word of a cell's split: sums of APART_* that it is split along, and its class of urgency from this bit on; 0 is not to be split.
 const SPLIT_CLASS: u32 = 8u;
 
@@ -82,20 +105,22 @@ fn emitted_cell(i: u32) -> Emitted {
     return Emitted(false, none, 0u, 0u, 0u, vec2<u32>(0u), vec2<u32>(0u));
 }
 
-// No class below this one goes into the next queue: all from it on together do.
+// No class below this one goes into the next queue: all from it on are worth it and fit together.
 fn least_class() -> u32 {
+    let landed = min(atomicLoad(&queues[LANDED]), 0xffffffffu / NEGLIGIBLE_OF_LANDED);
+    let least = 4u * class_of(landed * NEGLIGIBLE_OF_LANDED);
     var patches = 0u;
-    for (var above = 0u; above < CLASSES; above++) {
-        patches += atomicLoad(&queues[params.cells.next + QUEUE_HEAD + CLASSES - 1u - above]);
+    for (var end = CLASSES; end > least; end--) {
+        patches += atomicLoad(&queues[params.cells.next + QUEUE_HEAD + end - 1u]);
         if patches > params.cells.capacity {
-            return CLASSES - above;
+            return end;
         }
     }
-    return 0u;
+    return least;
 }
 
-// What cell `i` is split along in the next round, sums of APART_*: those of the most urgent classes that the queue holds together are.
-// Which those are hangs on numbers of patches alone, not on their order.
+// What cell `i` is split along in the next round, sums of APART_*: those of the most urgent classes that are worth it and that the queue
+// holds together are. Which those are hangs on sums alone, not on their order.
 fn split_of(i: u32) -> u32 {
     if params.cells.next == NO_QUEUE {
         return TOGETHER;

@@ -106,3 +106,98 @@ fn extent_of() -> Extent {
     }
     return extent;
 }
+
+// How a side of a cell lands beyond the straight line, at the middle node.
+struct Curve {
+    second: vec2<f32>, // difference, texels
+    third: f32,        // how much that changes along the side, the larger part
+}
+
+// All sides of a cell. Neighbours have the side between them in common.
+struct Curves {
+    upper: Curve,
+    lower: Curve,
+    left: Curve,
+    right: Curve,
+}
+
+// Cells whose sides land further off than they are interpolated, texels, are split.
+const MOST_BEND: f32 = 0.1;
+
+// Where only one second difference is known it may change by so much of itself.
+const ONE_SIDED: f32 = 2.0;
+
+// Of a third difference, half of which is left out at either end, so much lies between the side and what it is taken for; with room for
+// a fourth difference.
+const LEFT_OUT: f32 = 1.0 / 64.0;
+
+struct Difference {
+    known: bool,
+    second: vec2<f32>,
+}
+
+// Second difference of three landings in a row, texels; not known where they do not belong together.
+fn second_difference(first: u32, step: u32, order: u32) -> Difference {
+    let cells = params.cells;
+    let a = landings[(first * cells.nodes + cells.nodes / 2u) * cells.orders + order];
+    let b = landings[((first + step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
+    let c = landings[((first + 2u * step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
+    if !go_together(a, b) || !go_together(b, c) {
+        return Difference(false, vec2<f32>(0.0));
+    }
+    let face = a.place & 0xffu;
+    return Difference(true, map_texel(face, a.texel) - 2.0 * map_texel(face, b.texel) + map_texel(face, c.texel));
+}
+
+// Of the side of a cell between two corners, as the ones before and behind them tell.
+fn curve_of(first: u32, step: u32, before: u32, behind: u32, order: u32) -> Curve {
+    var a = Difference(false, vec2<f32>(0.0));
+    var b = a;
+    if before > 0u {
+        a = second_difference(first - step, step, order);
+    }
+    if behind > 0u {
+        b = second_difference(first, step, order);
+    }
+    if a.known && b.known {
+        return Curve(0.5 * (a.second + b.second), longest(b.second - a.second));
+    }
+    let one = a.second + b.second;
+    return Curve(one, ONE_SIDED * longest(one));
+}
+
+fn curves_of(emitted: Emitted, order: u32) -> Curves {
+    let place = emitted.place;
+    let row = emitted.row;
+    return Curves(
+        curve_of(place, 1u, emitted.before.x, emitted.behind.x, order),
+        curve_of(place + row, 1u, emitted.before.x, emitted.behind.x, order),
+        curve_of(place, row, emitted.before.y, emitted.behind.y, order),
+        curve_of(place + 1u, row, emitted.before.y, emitted.behind.y, order),
+    );
+}
+
+// How far the sides lie from straight lines, texels.
+fn bend_of(curves: Curves) -> vec2<f32> {
+    let across = max(longest(curves.upper.second), longest(curves.lower.second));
+    let down = max(longest(curves.left.second), longest(curves.right.second));
+    return vec2<f32>(across, down) / 8.0;
+}
+
+// How far they may lie from the curves that they are taken for, texels.
+fn unevenness_of(curves: Curves) -> vec2<f32> {
+    return LEFT_OUT * vec2<f32>(max(curves.upper.third, curves.lower.third), max(curves.left.third, curves.right.third));
+}
+
+// Beyond the plane through the corners.
+struct Beyond {
+    place: vec2<f32>,
+    to_right: vec2<f32>, // how that changes
+    to_below: vec2<f32>,
+}
+
+fn beyond_plane(curves: Curves, x: f32, y: f32) -> Beyond {
+    let across = mix(curves.upper.second, curves.lower.second, y);
+    let down = mix(curves.left.second, curves.right.second, x);
+    return Beyond(-0.5 * (x * (1.0 - x) * across + y * (1.0 - y) * down), (x - 0.5) * across, (y - 0.5) * down);
+}

@@ -18,7 +18,7 @@ use crate::shared::flux::QUANTUM;
 use crate::shared::footprint::{
     LEAST_BINS, PATCH_CELLS, PATCH_PLACES, PATCH_ROW, PATCH_WORDS, PATCHES_HEAD, PathEnds, PathLanding,
 };
-use crate::shared::footprint_cells::{CELLS_PER_GROUP, FootprintCells, NO_QUEUE, WORK_WORDS};
+use crate::shared::footprint_cells::{CELLS_PER_GROUP, FootprintCells, NO_QUEUE, QUEUES_HEAD, WORK_WORDS};
 use crate::shared::light_path::MOST_ASIDES;
 use crate::shared::photon_queue::{QUEUE_GROUPS, queue_groups};
 use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS};
@@ -34,8 +34,8 @@ const WORK_ROW_BYTES: u64 = 4 * WORK_WORDS as u64;
 /// Splits across an edge along a side of a cell, beyond those of cells in general.
 const MORE_EDGE_SPLITS: u32 = 6;
 
-/// Patches that a queue holds: one for four cells of the emission view, but at least and at most these.
-const CAPACITY: std::ops::RangeInclusive<u32> = 1024..=4096;
+/// Patches that a queue holds.
+const CAPACITY: u32 = 4096;
 
 /// Resources of footprints, which lights use in turn.
 pub(crate) struct Footprints {
@@ -48,8 +48,6 @@ pub(crate) struct Footprints {
     ends: ResourceId,
     /// What was done: light x path.
     pub(crate) work: ResourceId,
-    /// Patches of a queue.
-    capacity: u32,
     /// Places of the emission view.
     texels: u32,
     rounds: u32,
@@ -74,14 +72,13 @@ impl Footprints {
         let orders = if refracted { settings.bounces + 1 + asides } else { 1 };
         let nodes = setups.iter().map(|s| s.bands.wavelengths_nm.len()).max().unwrap_or(1) as u64;
         let texels = settings.emission_size.pow(2);
-        let capacity = (texels / PATCH_CELLS).clamp(*CAPACITY.start(), *CAPACITY.end());
         // What is not to be split in x and y is not to be split at all.
         let rounds = if settings.cell_splits == 0 { 0 } else { settings.cell_splits + MORE_EDGE_SPLITS };
         // A round needs its own corners and its parents'.
-        let places = u64::from(texels) + 2 * u64::from(PATCH_PLACES) * u64::from(capacity);
+        let places = u64::from(texels) + 2 * u64::from(PATCH_PLACES * CAPACITY);
         let paths = places * nodes;
-        let splits = u64::from(texels.max(PATCH_CELLS * capacity));
-        let words = WORK_WORDS as u64 + u64::from(rounds) * queue_words(capacity) + splits;
+        let splits = u64::from(texels.max(PATCH_CELLS * CAPACITY));
+        let words = QUEUES_HEAD as u64 + u64::from(rounds) * QUEUE_WORDS + splits;
         let remedy = "emission_size";
         let work = resources.buffer("footprint work", WORK_ROW_BYTES * 2 * setups.len() as u64, "lights")?;
         resources.make_readable(work);
@@ -100,7 +97,6 @@ impl Footprints {
             )?,
             ends: resources.buffer("path ends", size_of::<PathEnds>() as u64 * paths, remedy)?,
             work,
-            capacity,
             texels,
             rounds,
             orders,
@@ -130,12 +126,12 @@ impl Footprints {
 
     /// Words of `queues` before those of a round, or before what cells are split into.
     fn words_before(&self, round: u32) -> u32 {
-        WORK_WORDS as u32 + round * queue_words(self.capacity) as u32
+        QUEUES_HEAD as u32 + round * QUEUE_WORDS as u32
     }
 
     /// First place of a round's patches: their parents' are still there.
     fn first_place(&self, round: u32) -> u32 {
-        self.texels + round % 2 * PATCH_PLACES * self.capacity
+        self.texels + round % 2 * PATCH_PLACES * CAPACITY
     }
 
     /// `cells` of the emission view as those of a round.
@@ -146,9 +142,7 @@ impl Footprints {
 }
 
 /// Words of a queue.
-fn queue_words(capacity: u32) -> u64 {
-    PATCHES_HEAD as u64 + PATCH_WORDS as u64 * u64::from(capacity)
-}
+const QUEUE_WORDS: u64 = PATCHES_HEAD as u64 + PATCH_WORDS as u64 * CAPACITY as u64;
 
 /// Parameters of the passes over cells, of one light path.
 #[derive(Clone, Copy)]
@@ -224,7 +218,7 @@ impl Caustics<'_> {
             first_place: 0,
             splits: footprints.words_before(footprints.rounds),
             next: footprints.queue(0),
-            capacity: footprints.capacity,
+            capacity: CAPACITY,
             max_groups: self.resources.max_groups(),
             reserved0: 0,
             reserved1: 0,

@@ -347,7 +347,8 @@ impl Inputs<'_> {
         let cell = &emitted.cell;
         let spread = self.landings.gather(emitted, order, face);
         let extent = spread.extent();
-        if spread.is_wide(&extent) {
+        let curves = self.landings.curves(emitted, order);
+        if spread.is_wide(&extent) && curves.bend().max_element() <= MOST_BEND {
             return self.lay_wide(&spread, emitted, cell_flux, first, map);
         }
         let texels = self.landings.views[self.params.cells.emission_view as usize].size;
@@ -368,12 +369,13 @@ impl Inputs<'_> {
                 let passed = passes[0].lerp(passes[1], x).lerp(passes[2].lerp(passes[3], x), y);
                 let flux = (cell_flux + step) / (across * down);
                 let (upper, lower) = (at[0].lerp(at[1], x), at[2].lerp(at[3], x));
-                let step_x = (at[1] - at[0]).lerp(at[3] - at[2], y) / across as f32;
-                let step_y = (lower - upper) / down as f32;
+                let [beyond, to_right, to_below] = curves.beyond(x, y);
+                let step_x = ((at[1] - at[0]).lerp(at[3] - at[2], y) + to_right) / across as f32;
+                let step_y = (lower - upper + to_below) / down as f32;
                 let width = (step_x * step_x + step_y * step_y + along * along).map(f32::sqrt).min(widest);
                 let own =
                     std::array::from_fn(|c| flux_part(flux_part(flux, part_from(passed[c])), weight[c]));
-                splat_tent(size, face, upper.lerp(lower, y), width, own, map);
+                splat_tent(size, face, upper.lerp(lower, y) + beyond, width, own, map);
             }
         }
         u64::from(count)

@@ -95,24 +95,14 @@ pub struct Inputs<'a> {
     pub silhouette: TextureView<'a>,
 }
 
-/// Paths that carry less than this part of a whole cell's flux are not worth a split.
-const NEGLIGIBLE: u32 = WHOLE / 512;
-
 /// A cell that lands on more texels along a side is split while that is allowed.
 const MOST_TEXELS: f32 = 32.0;
 
-/// So is one whose sides are bent by more texels.
-const MOST_BEND: f32 = 0.1;
+/// Sides of cells that land on more texels are straight.
+const MOST_CURVED: f32 = 4.0;
 
 /// Spectra that are longer, texels, are split in two: more nodes lie along them then.
 const MOST_ALONG: f32 = 24.0;
-
-/// Two bits behind the first of a stake, and which bit that is.
-fn class_of(stake: u32) -> u32 {
-    let stake = stake.max(NEGLIGIBLE);
-    let bit = stake.ilog2();
-    (4 * (bit - NEGLIGIBLE.ilog2()) + (stake >> (bit - 2) & 3)).min(CLASSES as u32 - 1)
-}
 
 /// CPU mirror: the cells of the emission view or of the queue.
 pub fn footprint_split(inputs: &Inputs<'_>) {
@@ -121,8 +111,11 @@ pub fn footprint_split(inputs: &Inputs<'_>) {
     let count = inputs.landings.count();
     (0..count).into_par_iter().with_min_len(CELLS_PER_GROUP as usize).for_each(|i| {
         let Some(emitted) = inputs.landings.emitted(i) else { return };
+        if params.queue == NO_QUEUE {
+            queues[LANDED].fetch_add(inputs.landed(&emitted), Ordering::Relaxed);
+        }
         let (along, stake) = inputs.split(&emitted);
-        let class = class_of(stake);
+        let class = urgency(stake, emitted.cell.at);
         let word = if along == TOGETHER { 0 } else { along | class << SPLIT_CLASS };
         queues[(params.splits + i) as usize].store(word, Ordering::Relaxed);
         if along != TOGETHER {
@@ -155,6 +148,16 @@ impl Inputs<'_> {
         (first.y..last.y).any(|y| (first.x..last.x).any(|x| shows_caster(x, y) != meets))
     }
 
+    /// Light that lands, of all orders, in units of the queues' [`LANDED`].
+    fn landed(&self, emitted: &Emitted) -> u32 {
+        let params = &self.params.cells;
+        let of_order = |order| {
+            let landing = self.landings.landing(emitted, 0, params.nodes / 2, order);
+            if landing.end == END_LANDED { landing.part >> LANDED_SHIFT } else { 0 }
+        };
+        (0..params.orders).map(of_order).sum()
+    }
+
     /// The most that a path of this order carries, as a part of a whole cell's flux: of those that land, and of all.
     fn stakes(&self, emitted: &Emitted, order: u32) -> [u32; 2] {
         let splits = emitted.cell.level.x + emitted.cell.level.y;
@@ -163,37 +166,6 @@ impl Inputs<'_> {
             let part = landing.part >> splits;
             [if landing.end == END_LANDED { landed.max(part) } else { landed }, all.max(part)]
         })
-    }
-
-    /// Texels between three corners in a row and the straight line, as an eighth of their second difference; 0 where they do not
-    /// belong together.
-    fn bend_of(&self, places: [u32; 3], order: u32) -> f32 {
-        let params = &self.landings.params;
-        let path = |place: u32| ((place * params.nodes + params.nodes / 2) * params.orders + order) as usize;
-        let [a, b, c] = places.map(|place| &self.landings.landings[path(place)]);
-        if !a.goes_with(b) || !b.goes_with(c) {
-            return 0.0;
-        }
-        let [a, b, c] = [a, b, c].map(|landing| self.landings.map_texel(landing.place & 0xff, landing.texel));
-        longest(a - 2.0 * b + c) / 8.0
-    }
-
-    /// How far the light between corners lies from the straight lines between their landings, as neighbouring corners tell.
-    fn bend(&self, emitted: &Emitted, order: u32) -> Vec2 {
-        let along = |step: u32, beside: u32, before: u32, behind: u32| {
-            let mut most = 0.0_f32;
-            for first in [emitted.place, emitted.place + beside] {
-                if before > 0 {
-                    most = most.max(self.bend_of([first - step, first, first + step], order));
-                }
-                if behind > 0 {
-                    most = most.max(self.bend_of([first, first + step, first + 2 * step], order));
-                }
-            }
-            most
-        };
-        let (before, behind) = (emitted.before, emitted.behind);
-        Vec2::new(along(1, emitted.row, before.x, behind.x), along(emitted.row, 1, before.y, behind.y))
     }
 
     /// Along what a cell is split, sums of `APART_*`, and how much light is at stake.
@@ -216,7 +188,8 @@ impl Inputs<'_> {
                 let first = self.landings.landing(emitted, 0, 0, order);
                 let Extent { across, down, along } =
                     self.landings.gather(emitted, order, first.place & 0xff).extent();
-                let bend = self.bend(emitted, order);
+                let curves = self.landings.curves(emitted, order);
+                let bend = if across.max(down) > MOST_CURVED { curves.bend() } else { curves.unevenness() };
                 if across.max(down) <= MOST_TEXELS && along <= MOST_ALONG {
                     part = (part as f32 * bend.max_element().min(1.0)) as u32;
                 }

@@ -102,8 +102,8 @@ pub fn node_weights(nodes: usize, at: &[f32; MOST_NODES], x: f32) -> [f32; MOST_
     })
 }
 
-/// Classes of urgency of splits.
-pub const CLASSES: usize = 32;
+/// Classes of urgency of splits: four of each class of stakes.
+pub const CLASSES: usize = 64;
 
 /// Words before a queue's patches: the head of a queue, and how many patches of each class there were to put into it.
 pub const PATCHES_HEAD: usize = QUEUE_HEAD + CLASSES;

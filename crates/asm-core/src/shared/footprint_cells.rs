@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use bytemuck::{Pod, Zeroable};
 use glam::UVec2;
 
+use super::flux::WHOLE;
 use super::footprint::*;
 use super::photon_queue::{QUEUE_COUNT, QUEUE_HEAD};
 use super::view::View;
@@ -92,6 +93,33 @@ pub const WORK_COUNTS: usize = 4;
 /// Words of them.
 pub const WORK_WORDS: usize = 2 * WORK_COUNTS;
 
+/// Word of the queues behind these counts: light that lands of the emission view's cells, in parts of a whole cell's flux.
+pub const LANDED: usize = WORK_WORDS;
+
+/// Bits of a part, see [`super::flux`], below those that are counted there.
+pub const LANDED_SHIFT: u32 = 20;
+
+/// Words of the queues before the first.
+pub const QUEUES_HEAD: usize = LANDED + 1;
+
+/// Stakes of a split, parts of a whole cell's flux, below this one are never worth it.
+pub const NEGLIGIBLE: u32 = WHOLE / 512;
+
+/// Nor are those below so many parts for each one that lands: a 43690th of all light that does.
+const NEGLIGIBLE_OF_LANDED: u32 = 24;
+
+/// Half octaves of a stake, from [`NEGLIGIBLE`] on.
+fn class_of(stake: u32) -> u32 {
+    let stake = stake.max(NEGLIGIBLE);
+    let bit = stake.ilog2();
+    (2 * (bit - NEGLIGIBLE.ilog2()) + (stake >> (bit - 1) & 1)).min(CLASSES as u32 / 4 - 1)
+}
+
+/// Class of urgency of a split; of equal stakes every fourth cell comes before the others, so that queues are filled evenly.
+pub fn urgency(stake: u32, at: UVec2) -> u32 {
+    4 * class_of(stake) + 2 * ((at.x ^ at.y) & 1) + (at.y & 1)
+}
+
 /// Word of a cell's split: sums of `APART_*` that it is split along, and its class of urgency from this bit on; 0 is not to be split.
 pub const SPLIT_CLASS: u32 = 8;
 
@@ -147,8 +175,8 @@ impl Cells<'_> {
         })
     }
 
-    /// What cell `i` is split along in the next round, sums of `APART_*`: those of the most urgent classes that the queue holds together
-    /// are. Which those are hangs on numbers of patches alone, not on their order.
+    /// What cell `i` is split along in the next round, sums of `APART_*`: those of the most urgent classes that are worth it and that the
+    /// queue holds together are. Which those are hangs on sums alone, not on their order.
     pub fn split(&self, i: u32) -> u32 {
         if self.params.next == NO_QUEUE {
             return TOGETHER;
@@ -159,14 +187,15 @@ impl Cells<'_> {
     }
 
     fn least_class(&self) -> u32 {
+        let least = 4 * class_of(self.load(LANDED as u32).saturating_mul(NEGLIGIBLE_OF_LANDED));
         let mut patches = 0;
-        for class in (0..CLASSES as u32).rev() {
+        for class in (least..CLASSES as u32).rev() {
             patches += self.load(self.params.next + QUEUE_HEAD as u32 + class);
             if patches > self.params.capacity {
                 return class + 1;
             }
         }
-        0
+        least
     }
 }
 

@@ -53,6 +53,55 @@ pub struct Extent {
     pub along: f32,
 }
 
+/// How a side of a cell lands beyond the straight line, at the middle node.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Curve {
+    /// Second difference, texels.
+    second: Vec2,
+    /// How much that changes along the side, the larger part.
+    third: f32,
+}
+
+/// All sides of a cell. Neighbours have the side between them in common.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Curves {
+    /// Upper and lower.
+    across: [Curve; 2],
+    /// Left and right.
+    down: [Curve; 2],
+}
+
+/// Cells whose sides land further off than they are interpolated, texels, are split.
+pub const MOST_BEND: f32 = 0.1;
+
+/// Where only one second difference is known it may change by so much of itself.
+const ONE_SIDED: f32 = 2.0;
+
+/// Of a third difference, half of which is left out at either end, so much lies between the side and what it is taken for; with room
+/// for a fourth difference.
+const LEFT_OUT: f32 = 1.0 / 64.0;
+
+impl Curves {
+    /// How far the sides lie from straight lines, texels.
+    pub fn bend(&self) -> Vec2 {
+        let most = |[a, b]: &[Curve; 2]| longest(a.second).max(longest(b.second)) / 8.0;
+        Vec2::new(most(&self.across), most(&self.down))
+    }
+
+    /// How far they may lie from the curves that they are taken for, texels.
+    pub fn unevenness(&self) -> Vec2 {
+        let most = |[a, b]: &[Curve; 2]| LEFT_OUT * a.third.max(b.third);
+        Vec2::new(most(&self.across), most(&self.down))
+    }
+
+    /// Beyond the plane through the corners, at a place in the cell, and how that changes to the right and down.
+    pub fn beyond(&self, x: f32, y: f32) -> [Vec2; 3] {
+        let across = self.across[0].second.lerp(self.across[1].second, y);
+        let down = self.down[0].second.lerp(self.down[1].second, x);
+        [-0.5 * (x * (1.0 - x) * across + y * (1.0 - y) * down), (x - 0.5) * across, (y - 0.5) * down]
+    }
+}
+
 /// The longer side of a box.
 pub fn longest(d: Vec2) -> f32 {
     d.abs().max_element()
@@ -119,6 +168,38 @@ impl Landings<'_> {
             return (bin - cell.first as f32) / cell.bins as f32;
         }
         (self.index_at(bin, material) - start) / span
+    }
+
+    /// Second difference of three landings in a row, texels; none where they do not belong together.
+    fn second_difference(&self, places: [u32; 3], order: u32) -> Option<Vec2> {
+        let params = &self.params;
+        let path = |place: u32| ((place * params.nodes + params.nodes / 2) * params.orders + order) as usize;
+        let [a, b, c] = places.map(|place| &self.landings[path(place)]);
+        (a.goes_with(b) && b.goes_with(c)).then(|| {
+            let [a, b, c] = [a, b, c].map(|landing| self.map_texel(landing.place & 0xff, landing.texel));
+            a - 2.0 * b + c
+        })
+    }
+
+    /// Of the side of a cell between two corners, as the ones before and behind them tell.
+    fn curve(&self, first: u32, step: u32, before: u32, behind: u32, order: u32) -> Curve {
+        let difference = |first: u32| self.second_difference([first, first + step, first + 2 * step], order);
+        let before = (before > 0).then(|| difference(first - step)).flatten();
+        let behind = (behind > 0).then(|| difference(first)).flatten();
+        match (before, behind) {
+            (Some(a), Some(b)) => Curve { second: 0.5 * (a + b), third: longest(b - a) },
+            (Some(a), None) | (None, Some(a)) => Curve { second: a, third: ONE_SIDED * longest(a) },
+            (None, None) => Curve::default(),
+        }
+    }
+
+    /// Of all four sides.
+    pub fn curves(&self, emitted: &Emitted, order: u32) -> Curves {
+        let Emitted { place, row, before, behind, .. } = *emitted;
+        Curves {
+            across: [place, place + row].map(|first| self.curve(first, 1, before.x, behind.x, order)),
+            down: [place, place + 1].map(|first| self.curve(first, row, before.y, behind.y, order)),
+        }
     }
 
     /// All landings of an order, on a face.
