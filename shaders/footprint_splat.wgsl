@@ -483,7 +483,7 @@ fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
     workgroupBarrier();
     let i = CELLS * queue_row(group, params.cells.max_groups) + local;
     let emitted = emitted_cell(i);
-    if order == 0u {
+    if emitted.exists && order == 0u {
         atomicAdd(&work[WORK_CORNERS], emitted.traced);
     }
     if emitted.exists && split_of(i) == TOGETHER {

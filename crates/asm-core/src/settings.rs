@@ -294,7 +294,7 @@ impl Default for Settings {
             reflections: Reflections::Mirrors,
             glass_view: None,
             bounces: 3,
-            cell_splits: 2,
+            cell_splits: 3,
             view_bounces: 3,
             splat: Splat::Auto,
             bake_samples: 4,

@@ -171,7 +171,7 @@ impl Comparison<'_> {
     ) {
         let contenders = taking(contenders, self.subject, method);
         let name = method.name();
-        let settings = Settings { method: method.method(), ..Settings::default() };
+        let settings = method.settings();
         let (scene, receiver) = (&self.subject.scene, self.subject.receiver);
         let Some(limits) = common_limits(contenders) else { return };
         let plan = match asm_core::bake_plan(scene, receiver, self.effort.map_size, &settings, &limits) {

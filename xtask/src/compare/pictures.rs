@@ -3,7 +3,6 @@
 use std::rc::Rc;
 use std::time::Instant;
 
-use asm_core::Settings;
 use frame_plan::DeviceInfo;
 use serde_json::{Value, json};
 use spectral_reference::RenderSettings;
@@ -95,7 +94,7 @@ impl Comparison<'_> {
     fn render_all(&mut self, method: MethodName, contenders: &mut [Contender]) -> Vec<Made> {
         let contenders = taking(contenders, self.subject, method);
         let Some(limits) = common_limits(contenders) else { return Vec::new() };
-        let settings = Settings { method: method.method(), ..Settings::default() };
+        let settings = method.settings();
         let size = self.effort.picture_size;
         let plan = match asm_core::render_plan(&self.subject.scene, 0, size, &settings, &limits) {
             Ok(plan) => plan,
