@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use asm_core::{BakePlan, Reflections, Settings};
+use asm_core::{BakePlan, Method, Reflections, Settings};
 use frame_plan::{Executor, Limits};
 use xtask::executors::{Candidate, EXECUTORS, POND_EXECUTORS};
 use xtask::subject::Subject;
@@ -70,8 +70,12 @@ pub fn small_bake(subject: &Subject) -> BakePlan {
 /// If the scene has no plan.
 #[must_use]
 pub fn bake_of(subject: &Subject, reflections: Reflections) -> BakePlan {
-    let settings =
-        Settings { emission_size: EMISSION_SIZE, map_size: Some(128), reflections, ..Settings::default() };
+    let settings = Settings {
+        emission_size: EMISSION_SIZE,
+        map_size: Some(128),
+        reflections,
+        ..Settings::of(Method::CausticsMap)
+    };
     asm_core::bake_plan(&subject.scene, subject.receiver, SIZE, &settings, &Limits::default())
         .unwrap_or_else(|error| panic!("{}: {error}", subject.name))
 }

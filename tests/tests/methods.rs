@@ -40,7 +40,12 @@ fn buffer_of(
 }
 
 fn small() -> Settings {
-    Settings { emission_size: 120, map_size: Some(96), wavelengths: Some(3), ..Settings::default() }
+    Settings {
+        emission_size: 120,
+        map_size: Some(96),
+        wavelengths: Some(3),
+        ..Settings::of(Method::CausticsMap)
+    }
 }
 
 #[test]
@@ -203,7 +208,7 @@ fn pictures_with_fitted_maps_have_the_same_bits_on_one_driver() {
                 reflections: Reflections::All,
                 emission_size: 256,
                 map_size: Some(256),
-                ..Settings::default()
+                ..Settings::of(Method::CausticsMap)
             };
             render_plan(&subject.scene, 0, PICTURE, &settings, &Limits::default())
                 .unwrap_or_else(|error| panic!("{name}: {error}"))

@@ -83,7 +83,7 @@ fn change<T: bytemuck::Pod>(plan: &mut Plan, buffer: &str, change: impl Fn(&mut 
 
 #[cfg(test)]
 mod tests {
-    use asm_core::{Settings, bake_plan};
+    use asm_core::{Method, Settings, bake_plan};
     use frame_plan::Limits;
     use spectral_core::dispersion::Dispersion;
     use spectral_scene::{Scene, bundled};
@@ -91,7 +91,8 @@ mod tests {
     use super::*;
 
     fn plan(scene: &Scene) -> BakePlan {
-        let settings = Settings { emission_size: 32, map_size: Some(32), ..Settings::default() };
+        let settings =
+            Settings { emission_size: 32, map_size: Some(32), ..Settings::of(Method::CausticsMap) };
         let receiver = scene.receiver("receiver").expect("a receiver");
         bake_plan(scene, receiver, [8; 2], &settings, &Limits::default()).expect("a plan")
     }

@@ -14,7 +14,6 @@ use crate::shared::footprint::MOST_NODES;
 #[serde(rename_all = "kebab-case")]
 pub enum Method {
     /// Caustics mapping (Shah, Konttinen & Pattanaik), per wavelength: a photon per texel of the light's view.
-    #[default]
     CausticsMap,
     /// Adaptive caustic maps (Wyman & Nichols 2009): photons refined where glass is, one wavelength.
     Acm,
@@ -22,6 +21,7 @@ pub enum Method {
     Asm,
     /// Spectral footprints: cells of light, few wavelengths each, laid down as a continuous function of place and wavelength
     /// along paths through the scene's geometry.
+    #[default]
     Footprint,
 }
 
@@ -271,13 +271,20 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
+        Self::of(Method::default())
+    }
+}
+
+impl Settings {
+    /// The defaults of a method.
+    pub fn of(method: Method) -> Self {
         Self {
-            method: Method::CausticsMap,
+            method,
             wavelengths: None,
             scheme: None,
             range_nm: None,
             observer: Observer::Cie1931,
-            emission_size: 512,
+            emission_size: if method == Method::Footprint { 128 } else { 512 },
             emission: None,
             map_size: None,
             map_fit: None,
@@ -305,9 +312,7 @@ impl Default for Settings {
             prune: true,
         }
     }
-}
 
-impl Settings {
     /// What the tutorial has: 100 x 100 vertices, one interface, one step of `rayGeo`, soft splats, its intensity of 1000 and its
     /// exponent of 1.3. Energy is not kept.
     pub fn shah() -> Self {
@@ -319,14 +324,8 @@ impl Settings {
             splat: Splat::Gaussian { radius: 2 },
             shah_intensity: Some(1000.0),
             artistic_power: Some(1.3),
-            ..Self::default()
+            ..Self::of(Method::CausticsMap)
         }
-    }
-
-    /// The defaults of a method.
-    pub fn of(method: Method) -> Self {
-        let emission_size = if method == Method::Footprint { 128 } else { Self::default().emission_size };
-        Self { method, emission_size, ..Self::default() }
     }
 
     /// Number of wavelengths.

@@ -18,10 +18,10 @@ mod device {
 /// A planner that has made other plans makes the same ones as one that has not.
 #[test]
 fn plans_of_a_moving_scene_are_those_made_alone() {
-    use asm_core::{Planner, Settings, moving::Motion, render_plan};
+    use asm_core::{Method, Planner, Settings, moving::Motion, render_plan};
     use frame_plan::Limits;
     let start = spectral_scene::bundled("gem").unwrap();
-    let (settings, limits) = (Settings::default(), Limits::default());
+    let (settings, limits) = (Settings::of(Method::CausticsMap), Limits::default());
     let motion = Motion::new(&start);
     let mut planner = Planner::default();
     let mut same = |scene: &spectral_scene::Scene| {

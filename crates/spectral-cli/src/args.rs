@@ -126,7 +126,7 @@ pub(crate) struct DeviceArgs {
 #[derive(Debug, Args)]
 pub(crate) struct RunArgs {
     /// How light is computed: reference, caustics-map, acm, asm or footprint.
-    #[arg(long, value_name = "METHOD", default_value = "caustics-map")]
+    #[arg(long, value_name = "METHOD", default_value = "footprint")]
     pub(crate) method: Method,
     /// Number of wavelengths [default: the method's].
     #[arg(long, value_name = "N", value_parser = values::any_wavelengths, allow_negative_numbers = true)]
@@ -209,7 +209,7 @@ pub(crate) struct PlanArgs {
     /// glTF file or bundled scene.
     pub(crate) scene: String,
     /// Method to plan for: caustics-map, acm, asm or footprint.
-    #[arg(long, value_name = "METHOD", default_value = "caustics-map")]
+    #[arg(long, value_name = "METHOD", default_value = "footprint")]
     pub(crate) method: Method,
     /// Number of wavelengths [default: the method's].
     #[arg(long, value_name = "N", value_parser = values::traced_wavelengths, allow_negative_numbers = true)]

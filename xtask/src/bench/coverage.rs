@@ -80,7 +80,7 @@ fn scene(share: f64) -> Option<Scene> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use asm_core::{PASSES, Settings, render_plan};
+    use asm_core::{Method, PASSES, Settings, render_plan};
     use frame_plan::Executor;
     use frame_plan::cpu::CpuExecutor;
 
@@ -89,7 +89,8 @@ mod tests {
         let mut executor = CpuExecutor::new(PASSES, None).unwrap();
         for share in SHARES {
             let scene = scene(share).unwrap();
-            let settings = Settings { emission_size: 256, wavelengths: Some(1), ..Settings::default() };
+            let settings =
+                Settings { emission_size: 256, wavelengths: Some(1), ..Settings::of(Method::CausticsMap) };
             let plan = render_plan(&scene, 0, [8, 8], &settings, &executor.limits()).unwrap();
             executor.prepare(&plan.plan).unwrap();
             executor.execute().unwrap();

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use asm_core::{BakePlan, Settings};
+use asm_core::{BakePlan, Method, Settings};
 use frame_plan::{DeviceInfo, Limits};
 use spectral_reference::{Bake, BakeSettings, Effort as Photons};
 use spectral_scene::IrradianceMaps;
@@ -409,7 +409,7 @@ pub(super) fn contents(xyz: &[[f32; 3]]) -> u64 {
 /// What may lie between two executors' bakes with default settings; none if one is the oracle's.
 fn parity(a: &Baked, b: &Baked) -> Option<Bound> {
     let snapping = Snapping::between(a.device?, b.device?);
-    Some(snapping.parity(Settings::default().emission_size))
+    Some(snapping.parity(Settings::of(Method::CausticsMap).emission_size))
 }
 
 /// What every executor can hold: parity means one plan for all. None if there is no executor.

@@ -1,6 +1,6 @@
 //! Adaptive emission: the fixed grid's photons, less those that miss.
 
-use asm_core::{BakePlan, Emission, Ledger, Reflections, Settings, Statistics, bake_plan};
+use asm_core::{BakePlan, Emission, Ledger, Method, Reflections, Settings, Statistics, bake_plan};
 use frame_plan::Executor;
 use glam::DVec3;
 use spectral_scene::{LightShape, Scene, bundled};
@@ -68,8 +68,12 @@ fn same_map_fewer_photons(name: &str, scene: &Scene, settings: &Settings, all_le
 fn adaptive_emission_gives_the_grids_map_bit_for_bit() {
     // With blockers before the glass, open water, total reflection, and a size that no level divides.
     for name in ["prism", "ring", "gem", "organic", "water"] {
-        let settings =
-            Settings { emission_size: 100, map_size: Some(64), wavelengths: Some(2), ..Settings::default() };
+        let settings = Settings {
+            emission_size: 100,
+            map_size: Some(64),
+            wavelengths: Some(2),
+            ..Settings::of(Method::CausticsMap)
+        };
         same_map_fewer_photons(name, &bundled(name).unwrap(), &settings, &[1, 3, 6]);
     }
 }

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use asm_core::shared::light_views::Located;
 use asm_core::shared::splat::splat;
 use asm_core::shared::view::View;
-use asm_core::{Reflections, Settings, Splat, Statistics};
+use asm_core::{Method, Reflections, Settings, Splat, Statistics};
 use bytemuck::Zeroable;
 use frame_plan::Executor;
 use glam::{DVec3, UVec2, Vec2};
@@ -74,7 +74,7 @@ fn books_balance_on_every_bundled_scene() {
                     emission_size: 96,
                     lights: Some(vec![light]),
                     reflections,
-                    ..Settings::default()
+                    ..Settings::of(Method::CausticsMap)
                 };
                 assert_map_holds_what_landed(&scene, &settings);
             }
@@ -94,7 +94,7 @@ fn one_texel_holds_every_photon() {
             splat,
             prune: false,
             reflections: Reflections::None,
-            ..Settings::default()
+            ..Settings::of(Method::CausticsMap)
         };
         assert_map_holds_what_landed(&scene, &settings);
         let (sums, _) = map_sums(&scene, &settings);
@@ -131,7 +131,8 @@ fn taps_sum_to_the_deposit() {
 fn emitted_lumens_are_those_of_the_glass() {
     // 1 lux on a plate of 0.4 x 0.4 m seen from above, and 2 cd on a plate seen under a known solid angle.
     let lumens = |scene| {
-        let (_, statistics) = bake(&scene, 16, &Settings { emission_size: 700, ..Settings::default() });
+        let (_, statistics) =
+            bake(&scene, 16, &Settings { emission_size: 700, ..Settings::of(Method::CausticsMap) });
         let light = &statistics.lights[0];
         let total =
             light.ledgers.iter().zip(&light.lumens_per_unit).map(|(l, unit)| l.emitted.flux as f64 * unit);
@@ -151,7 +152,7 @@ fn emitted_lumens_are_those_of_the_glass() {
 #[test]
 fn the_same_plan_gives_the_same_bits_on_any_number_of_threads() {
     let scene = spectral_scene::bundled("sphere").unwrap();
-    let plan = plan(&scene, 64, &Settings { emission_size: 128, ..Settings::default() });
+    let plan = plan(&scene, 64, &Settings { emission_size: 128, ..Settings::of(Method::CausticsMap) });
     let on = |threads| {
         let mut cpu = frame_plan::cpu::CpuExecutor::new(asm_core::PASSES, Some(threads)).unwrap();
         cpu.prepare(&plan.plan).unwrap();

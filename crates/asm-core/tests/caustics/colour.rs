@@ -1,6 +1,6 @@
 //! Dispersion: the order of hues, and line lights.
 
-use asm_core::Settings;
+use asm_core::{Method, Settings};
 use spectral_core::light::LightSpectrum;
 use spectral_core::rgb::linear_srgb_from_xyz;
 use spectral_core::wavelengths::Scheme;
@@ -24,7 +24,7 @@ fn a_prism_spreads_violet_to_red_with_cyan_between() {
         wavelengths: Some(31),
         scheme: Some(Scheme::Uniform),
         range_nm: Some((400.0, 700.0)),
-        ..Settings::default()
+        ..Settings::of(Method::CausticsMap)
     };
     let (maps, _) = bake(&scene, 256, &settings);
     // The spectrum lies along u. Columns that are not dark, from the short-wave end.
@@ -53,7 +53,8 @@ fn wavelengths_land_in_the_order_of_their_indices() {
     let mut last = f64::NEG_INFINITY;
     for nm in [420.0, 470.0, 520.0, 570.0, 620.0, 670.0] {
         scene.lights[0].spectrum = LightSpectrum::line(nm).unwrap();
-        let (maps, statistics) = bake(&scene, 256, &Settings { emission_size: 256, ..Settings::default() });
+        let (maps, statistics) =
+            bake(&scene, 256, &Settings { emission_size: 256, ..Settings::of(Method::CausticsMap) });
         assert_eq!(statistics.lights[0].wavelengths_nm, [nm]);
         let (mut sum, mut moment) = (0.0, 0.0);
         for (i, texel) in maps.refracted.iter().enumerate() {
@@ -73,7 +74,7 @@ fn pictures_of_spectral_light_on_coloured_walls_are_never_negative() {
     for nm in [450.0, 510.0, 620.0] {
         scene.lights[0].spectrum = LightSpectrum::line(nm).unwrap();
         // `picture` asserts that nothing is below 0.
-        let picture = picture(&scene, &Settings { emission_size: 64, ..Settings::default() });
+        let picture = picture(&scene, &Settings { emission_size: 64, ..Settings::of(Method::CausticsMap) });
         assert!(picture.xyz.iter().any(|t| t[1] > 0.0), "{nm} nm: something to see");
     }
 }
@@ -83,7 +84,7 @@ fn a_line_light_keeps_its_own_chromaticity() {
     let mut scene = spectral_scene::bundled("sphere").unwrap();
     scene.lights[0].spectrum = LightSpectrum::line(546.1).unwrap();
     let unit = scene.lights[0].spectrum.unit_xyz(spectral_core::observer::Observer::Cie1931);
-    let (maps, _) = bake(&scene, 32, &Settings { emission_size: 64, ..Settings::default() });
+    let (maps, _) = bake(&scene, 32, &Settings { emission_size: 64, ..Settings::of(Method::CausticsMap) });
     for texel in maps.direct.iter().chain(&maps.refracted) {
         // f32, and where it is nearly dark a twentieth of the map's unit: 2^-30 lux, 24 texels of the map to one of the emission view.
         for c in 0..3 {

@@ -96,7 +96,7 @@ fn scenes_without_light_glass_or_camera_glass_are_decided_too() {
 
 #[test]
 fn a_contradiction_is_found() {
-    let [(plan, own), _] = plans(&bundled("sphere").unwrap(), &Settings::default());
+    let [(plan, own), _] = plans(&bundled("sphere").unwrap(), &Settings::of(Method::CausticsMap));
     assert!(contradictions(&plan, own).is_empty());
     let mut twice = plan.clone();
     twice.decisions.push(plan.decisions[0].clone());

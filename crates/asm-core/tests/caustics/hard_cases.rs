@@ -1,6 +1,6 @@
 //! Meshes and scales that break assumptions.
 
-use asm_core::{Interfaces, LandingUpdate, Settings, Splat};
+use asm_core::{Interfaces, LandingUpdate, Method, Settings, Splat};
 use frame_plan::Executor;
 use glam::{DMat4, DVec3};
 use spectral_scene::{Camera, LightShape, Mesh, Scene};
@@ -8,7 +8,7 @@ use spectral_scene::{Camera, LightShape, Mesh, Scene};
 use crate::stage::*;
 
 fn few() -> Settings {
-    Settings { emission_size: 128, ..Settings::default() }
+    Settings { emission_size: 128, ..Settings::of(Method::CausticsMap) }
 }
 
 #[test]
@@ -170,7 +170,12 @@ fn opaque_things_block_before_and_behind_the_glass() {
         bake(
             &scene,
             64,
-            &Settings { emission_size: 256, map_size: Some(256), splat: Splat::Point, ..Settings::default() },
+            &Settings {
+                emission_size: 256,
+                map_size: Some(256),
+                splat: Splat::Point,
+                ..Settings::of(Method::CausticsMap)
+            },
         )
     };
     for y in [0.5, 0.05] {

@@ -1,6 +1,6 @@
 //! Meshes whose indices have 8, 16 or 32 bits.
 
-use asm_core::{BakePlan, Settings};
+use asm_core::{BakePlan, Method, Settings};
 use serde_json::{Value, json};
 use spectral_scene::{Mesh, Scene, bundled, load_bytes, to_glb};
 
@@ -55,7 +55,11 @@ fn behind_unused_vertices(mesh: &mut Mesh, unused: usize) {
 
 fn bake_of(glb: &[u8]) -> BakePlan {
     let (scene, _): (Scene, _) = load_bytes(glb, "indices").unwrap();
-    plan(&scene, 32, &Settings { emission_size: 128, wavelengths: Some(3), ..Settings::default() })
+    plan(
+        &scene,
+        32,
+        &Settings { emission_size: 128, wavelengths: Some(3), ..Settings::of(Method::CausticsMap) },
+    )
 }
 
 /// Executors get the same plan, so they make the same map of it.

@@ -1,13 +1,13 @@
 //! Where lights stand, and several of them.
 
-use asm_core::{PlanError, Settings};
+use asm_core::{Method, PlanError, Settings};
 use glam::DVec3;
 use spectral_scene::LightShape;
 
 use crate::stage::*;
 
 fn few() -> Settings {
-    Settings { emission_size: 128, ..Settings::default() }
+    Settings { emission_size: 128, ..Settings::of(Method::CausticsMap) }
 }
 
 #[test]

@@ -68,7 +68,12 @@ impl Frame {
 }
 
 fn of(fit: MapFit) -> Settings {
-    Settings { map_fit: Some(fit), emission_size: 256, map_size: Some(256), ..Settings::default() }
+    Settings {
+        map_fit: Some(fit),
+        emission_size: 256,
+        map_size: Some(256),
+        ..Settings::of(Method::CausticsMap)
+    }
 }
 
 /// A small plate, and a camera to ask for a picture.

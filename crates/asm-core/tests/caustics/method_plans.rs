@@ -46,13 +46,13 @@ fn every_bundled_scene_has_its_acm_and_asm_plan() {
         let names = |settings: &Settings| bake_of(&scene, settings).step_names();
         let light = format!("light 0 `{}`", scene.lights[0].name);
         // What the two add to caustics mapping, and where.
-        let mut acm = names(&Settings::default());
+        let mut acm = names(&Settings::of(Method::CausticsMap));
         let clear = acm.iter().position(|s| s == "clear map").unwrap();
         let copies = (0..6).map(|level| format!("copy photon queue {level} to photon queue heads"));
         let refine = [format!("coverage_mip ({light})"), format!("photon_refine ({light})")];
         acm.splice(clear..clear, refine.clone().into_iter().chain(copies));
         assert_eq!(names(&Settings::of(Method::Acm)), acm, "{name}");
-        let mut asm = names(&Settings::default());
+        let mut asm = names(&Settings::of(Method::CausticsMap));
         let copies = (0..3).map(|level| format!("copy photon queue {level} to photon queue heads"));
         asm.splice(clear..clear, refine.into_iter().chain(copies));
         let resolve = asm.iter().position(|s| s.starts_with("map_resolve")).unwrap();
@@ -259,7 +259,7 @@ fn asm_without_dispersion_is_acm() {
         ["acm: photons where 6 levels of the emission view show glass"]
     );
     assert_eq!(
-        reasons(&bake_of(&scene, &Settings::default()), "photon_refine", false),
+        reasons(&bake_of(&scene, &Settings::of(Method::CausticsMap)), "photon_refine", false),
         ["caustics-map: a photon per texel of the emission view"]
     );
 }

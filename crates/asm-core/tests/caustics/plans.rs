@@ -1,6 +1,6 @@
 //! What is in a plan and why, and what makes none.
 
-use asm_core::{Interfaces, PlanError, Settings, Splat, bake_plan, render_plan};
+use asm_core::{Interfaces, Method, PlanError, Settings, Splat, bake_plan, render_plan};
 use frame_plan::{Limits, Plan};
 use glam::DVec3;
 use spectral_core::dispersion::Dispersion;
@@ -79,10 +79,18 @@ fn every_bundled_scene_has_its_plan() {
         let kept = |steps: &mut dyn Iterator<Item = (bool, &'static str)>| -> Vec<String> {
             steps.filter(|(kept, _)| *kept).map(|(_, name)| name.to_owned()).collect()
         };
-        assert_eq!(steps(&bake_of(&scene, &Settings::default())), kept(&mut bake.into_iter()), "{name}");
-        assert_eq!(steps(&render_of(&scene, &Settings::default())), kept(&mut render.into_iter()), "{name}");
+        assert_eq!(
+            steps(&bake_of(&scene, &Settings::of(Method::CausticsMap))),
+            kept(&mut bake.into_iter()),
+            "{name}"
+        );
+        assert_eq!(
+            steps(&render_of(&scene, &Settings::of(Method::CausticsMap))),
+            kept(&mut render.into_iter()),
+            "{name}"
+        );
         // Without pruning every scene has every pass.
-        let all = Settings { prune: false, ..Settings::default() };
+        let all = Settings { prune: false, ..Settings::of(Method::CausticsMap) };
         assert_eq!(steps(&bake_of(&scene, &all)).len(), 17, "{name}");
         assert_eq!(steps(&render_of(&scene, &all)).len(), 21, "{name}");
     }
@@ -101,17 +109,21 @@ fn bundled_scenes_without_what_calls_for_a_pass_lose_it() {
         })
     };
     let mut scene = bundled("organic").unwrap();
-    assert_eq!(z_groups(&bake_of(&scene, &Settings::default())), Some(7));
+    assert_eq!(z_groups(&bake_of(&scene, &Settings::of(Method::CausticsMap))), Some(7));
     for material in &mut scene.materials {
         material.dispersion = Dispersion::Constant { n: material.dispersion.n_d() };
     }
     // The tint still treats wavelengths differently.
-    assert_eq!(z_groups(&bake_of(&scene, &Settings::default())), Some(7));
+    assert_eq!(z_groups(&bake_of(&scene, &Settings::of(Method::CausticsMap))), Some(7));
     scene.materials.iter_mut().for_each(|m| m.attenuation = None);
-    let plan = bake_of(&scene, &Settings::default());
+    let plan = bake_of(&scene, &Settings::of(Method::CausticsMap));
     assert_eq!(z_groups(&plan), Some(1));
     assert!(reasons(&plan).contains("1 wavelength: dispersion: off, every material has dispersion 0"));
-    assert!(!steps(&render_of(&scene, &Settings::default())).iter().any(|s| s.contains("backs of glass")));
+    assert!(
+        !steps(&render_of(&scene, &Settings::of(Method::CausticsMap)))
+            .iter()
+            .any(|s| s.contains("backs of glass"))
+    );
     // No glass: no photons, no map.
     let glass: Vec<usize> = scene.refractors().collect();
     scene.objects.retain({
@@ -121,22 +133,24 @@ fn bundled_scenes_without_what_calls_for_a_pass_lose_it() {
             !glass.contains(&(i - 1))
         }
     });
-    let plan = bake_of(&scene, &Settings::default());
+    let plan = bake_of(&scene, &Settings::of(Method::CausticsMap));
     assert_eq!(z_groups(&plan), None);
     assert!(reasons(&plan).contains("caustics: off, no object transmits light"), "{}", reasons(&plan));
     // No light: nothing at all.
     scene.lights[0].intensity = 0.0;
-    assert_eq!(steps(&bake_of(&scene, &Settings::default())), ["clear irradiance"]);
-    assert_eq!(steps(&render_of(&scene, &Settings::default())), ["clear picture"]);
+    assert_eq!(steps(&bake_of(&scene, &Settings::of(Method::CausticsMap))), ["clear irradiance"]);
+    assert_eq!(steps(&render_of(&scene, &Settings::of(Method::CausticsMap))), ["clear picture"]);
 }
 
 #[test]
 fn plans_fit_the_limits_that_every_device_has() {
     for name in spectral_scene::BUNDLED {
         let scene = bundled(name).unwrap();
-        for settings in
-            [Settings::default(), Settings::shah(), Settings { prune: false, ..Settings::default() }]
-        {
+        for settings in [
+            Settings::of(Method::CausticsMap),
+            Settings::shah(),
+            Settings { prune: false, ..Settings::of(Method::CausticsMap) },
+        ] {
             bake_of(&scene, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
             render_of(&scene, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
         }
@@ -151,23 +165,34 @@ fn refused(scene: &Scene, size: [u32; 2], settings: &Settings, limits: &Limits) 
 fn what_does_not_fit_is_refused_with_the_numbers() {
     let scene = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
     let limits = Limits::default();
-    let map = |size| Settings { map_size: Some(size), ..Settings::default() };
+    let map = |size| Settings { map_size: Some(size), ..Settings::of(Method::CausticsMap) };
     let error = refused(&scene, [64; 2], &map(8192), &limits);
     let PlanError::Limit { needed, max, remedy, .. } = &error else { panic!("{error}") };
     assert_eq!((*needed, *remedy), (24 * 8192 * 8192, "map_size"));
     assert_eq!(*max, limits.max_storage_binding_bytes);
     assert!(error.to_string().contains("lower map_size"), "{error}");
-    let error = refused(&scene, [16_384, 2], &Settings::default(), &limits);
+    let error = refused(&scene, [16_384, 2], &Settings::of(Method::CausticsMap), &limits);
     assert!(matches!(&error, PlanError::Limit { needed: 16_384, max: 8192, .. }), "{error}");
     // Samples give way before texels do.
-    bake_plan(&scene, 0, [2048; 2], &Settings { bake_samples: 16, ..Settings::default() }, &limits).unwrap();
+    bake_plan(
+        &scene,
+        0,
+        [2048; 2],
+        &Settings { bake_samples: 16, ..Settings::of(Method::CausticsMap) },
+        &limits,
+    )
+    .unwrap();
     let small = Limits { max_total_bytes: 10 << 20, ..limits };
     assert!(
-        matches!(refused(&scene, [64; 2], &Settings::default(), &small), PlanError::Limit { max, .. } if max == 10 << 20)
+        matches!(refused(&scene, [64; 2], &Settings::of(Method::CausticsMap), &small), PlanError::Limit { max, .. } if max == 10 << 20)
     );
     // 16384 x 16384 texels x 4096 wavelengths are 2^40 photons.
-    let many =
-        Settings { emission_size: 16_384, wavelengths: Some(4096), prune: false, ..Settings::default() };
+    let many = Settings {
+        emission_size: 16_384,
+        wavelengths: Some(4096),
+        prune: false,
+        ..Settings::of(Method::CausticsMap)
+    };
     let huge = Limits { max_texture_size: 1 << 15, ..limits };
     assert!(matches!(refused(&scene, [64; 2], &many, &huge), PlanError::TooManyPhotons { .. }));
 }
@@ -175,7 +200,7 @@ fn what_does_not_fit_is_refused_with_the_numbers() {
 #[test]
 fn settings_out_of_range_are_refused_by_name() {
     let scene = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
-    let base = Settings::default;
+    let base = || Settings::of(Method::CausticsMap);
     for (name, settings) in [
         ("emission_size", Settings { emission_size: 0, ..base() }),
         ("map_size", Settings { map_size: Some(0), ..base() }),
@@ -203,16 +228,19 @@ fn settings_out_of_range_are_refused_by_name() {
 fn what_is_no_receiver_is_refused() {
     let scene = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
     let bake = |scene: &Scene, object| {
-        bake_plan(scene, object, [8; 2], &Settings::default(), &Limits::default()).unwrap_err().to_string()
+        bake_plan(scene, object, [8; 2], &Settings::of(Method::CausticsMap), &Limits::default())
+            .unwrap_err()
+            .to_string()
     };
     assert_eq!(bake(&scene, 1), "`plate` cannot be baked onto: light passes through it");
     assert_eq!(bake(&scene, 2), "there is no object 2, the scene has 2");
     let mut bare = scene.clone();
     bare.meshes[0].uvs.clear();
     assert_eq!(bake(&bare, 0), "`receiver` cannot be baked onto: it has no texture coordinates");
-    let no_camera = render_plan(&scene, 0, [8; 2], &Settings::default(), &Limits::default()).unwrap_err();
+    let no_camera =
+        render_plan(&scene, 0, [8; 2], &Settings::of(Method::CausticsMap), &Limits::default()).unwrap_err();
     assert_eq!(no_camera.to_string(), "there is no camera 0, the scene has 0");
-    let no_light = Settings { lights: Some(vec![3]), ..Settings::default() };
+    let no_light = Settings { lights: Some(vec![3]), ..Settings::of(Method::CausticsMap) };
     assert_eq!(
         refused(&scene, [8; 2], &no_light, &Limits::default()).to_string(),
         "there is no light 3, the scene has 1"
@@ -220,7 +248,7 @@ fn what_is_no_receiver_is_refused() {
     let mut broken = scene;
     broken.meshes[0].positions[0][1] = f32::NAN;
     assert!(matches!(
-        refused(&broken, [8; 2], &Settings::default(), &Limits::default()),
+        refused(&broken, [8; 2], &Settings::of(Method::CausticsMap), &Limits::default()),
         PlanError::Scene(_)
     ));
 }
@@ -228,7 +256,7 @@ fn what_is_no_receiver_is_refused() {
 #[test]
 fn plans_and_settings_survive_json() {
     let scene = bundled("gem").unwrap();
-    let settings = Settings { interfaces: Interfaces::One, ..Settings::default() };
+    let settings = Settings { interfaces: Interfaces::One, ..Settings::of(Method::CausticsMap) };
     let plan = plan(&scene, 8, &settings);
     let back: asm_core::BakePlan = serde_json::from_str(&serde_json::to_string(&plan).unwrap()).unwrap();
     assert_eq!(back, plan);

@@ -1,6 +1,6 @@
 //! Light that mirrors, and the outside of glass, throw back.
 
-use asm_core::{Ledger, Reflections, Settings};
+use asm_core::{Ledger, Method, Reflections, Settings};
 use frame_plan::Limits;
 use glam::{DMat4, DVec3};
 use spectral_core::upsample::SmoothSpectrum;
@@ -37,7 +37,7 @@ fn is_lost(ledger: &Ledger) -> u64 {
 fn a_plane_mirror_sends_light_to_the_mirrored_place_with_its_fresnel_share() {
     let color = [0.9, 0.6, 0.3];
     let scene = upright_mirror(color);
-    let settings = Settings { wavelengths: Some(7), emission_size: 256, ..Settings::default() };
+    let settings = Settings { wavelengths: Some(7), emission_size: 256, ..Settings::of(Method::CausticsMap) };
     let (maps, statistics) = bake(&scene, 140, &settings);
     let light = &statistics.lights[0];
     assert!(light.ledgers.is_empty(), "nothing goes into glass");
@@ -77,7 +77,7 @@ fn mirrors_reflect_on_both_sides() {
         if turned {
             scene.meshes[1].triangles = vec![[0, 2, 1], [0, 3, 2]];
         }
-        total(&bake(&scene, 64, &Settings::default()).0.reflected)
+        total(&bake(&scene, 64, &Settings::of(Method::CausticsMap)).0.reflected)
     };
     let (front, back) = (total_of(false), total_of(true));
     assert!(front[1] > 0.0);
@@ -114,7 +114,8 @@ fn a_trough_has_its_cusp_at_half_the_radius() {
     place(&mut scene, "trough", trough(radius as f32, 0.02, 0.09), mirror([1.0; 3]), DVec3::ZERO);
     scene.lights.push(sun(DVec3::new(1.0, -slope, 0.0)));
     let size = 400;
-    let settings = Settings { emission_size: 1024, map_size: Some(1024), ..Settings::default() };
+    let settings =
+        Settings { emission_size: 1024, map_size: Some(1024), ..Settings::of(Method::CausticsMap) };
     let (maps, statistics) = bake(&scene, size, &settings);
     let y = |x: usize, z: usize| f64::from(maps.reflected[z * size as usize + x][1]);
     let column = |x: f64| ((x + 0.5) * f64::from(size)) as usize;
@@ -163,7 +164,7 @@ fn light_in_a_corner_is_reflected_by_both_walls() {
         scene
     };
     let absorbed = |scene: &Scene| {
-        let settings = Settings { emission_size: 256, ..Settings::default() };
+        let settings = Settings { emission_size: 256, ..Settings::of(Method::CausticsMap) };
         let ledger = bake(scene, 16, &settings).1.lights[0].reflected[0];
         assert_eq!((ledger.wrong_side.flux, ledger.no_exit.flux), (0, 0), "{ledger:?}");
         ledger.absorbed.flux as f64 / ledger.emitted.flux as f64
@@ -185,7 +186,8 @@ fn light_in_a_corner_is_reflected_by_both_walls() {
 fn the_outside_of_glass_reflects_its_fresnel_share() {
     // At normal incidence ((n - 1) / (n + 1))^2, straight back up, where no surface is: it escapes or leaves the map.
     let scene = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
-    let all = Settings { reflections: Reflections::All, wavelengths: Some(1), ..Settings::default() };
+    let all =
+        Settings { reflections: Reflections::All, wavelengths: Some(1), ..Settings::of(Method::CausticsMap) };
     let (maps, statistics) = bake(&scene, 32, &all);
     let (inside, outside) = (&statistics.lights[0].ledgers[0], &statistics.lights[0].reflected[0]);
     assert_eq!(inside.emitted, outside.emitted);
@@ -212,7 +214,8 @@ fn water_from_below_reflects_totally() {
     // The sine of incidence is above 1 / 1.33 everywhere.
     let shape = LightShape::Point { position_m: DVec3::new(-0.1, 0.05, 0.0), range_m: None };
     scene.lights.push(light(shape, 1.0));
-    let settings = Settings { reflections: Reflections::All, wavelengths: Some(1), ..Settings::default() };
+    let settings =
+        Settings { reflections: Reflections::All, wavelengths: Some(1), ..Settings::of(Method::CausticsMap) };
     let (_, statistics) = bake(&scene, 32, &settings);
     let (up, back) = (&statistics.lights[0].ledgers[0], &statistics.lights[0].reflected[0]);
     assert_eq!(up.total_reflection.flux, up.emitted.flux, "{up:?}");
@@ -229,7 +232,7 @@ fn water_from_below_reflects_totally() {
 #[test]
 fn a_scene_pays_only_for_reflections_it_calls_for() {
     let steps = |scene: &Scene, reflections| {
-        let plan = plan(scene, 16, &Settings { reflections, ..Settings::default() }).plan;
+        let plan = plan(scene, 16, &Settings { reflections, ..Settings::of(Method::CausticsMap) }).plan;
         let notes: Vec<String> = plan.decisions.iter().flat_map(|d| d.notes.clone()).collect();
         let traces = plan.step_names().iter().filter(|s| s.starts_with("photon_trace")).count();
         (traces, notes.into_iter().find(|n| n.starts_with("reflected light")).unwrap_or_default())
@@ -250,7 +253,8 @@ fn a_scene_pays_only_for_reflections_it_calls_for() {
     assert_eq!(steps(&both, Reflections::All).0, 2);
     assert_eq!(steps(&both, Reflections::None).0, 1);
     let limits = Limits::default();
-    let refused = asm_core::bake_plan(&mirror_only, 1, [16; 2], &Settings::default(), &limits).unwrap_err();
+    let refused = asm_core::bake_plan(&mirror_only, 1, [16; 2], &Settings::of(Method::CausticsMap), &limits)
+        .unwrap_err();
     assert!(refused.to_string().contains("mirror"), "{refused}");
 }
 
@@ -270,7 +274,7 @@ fn casters_together_throw_what_each_throws_alone() {
         splat: asm_core::Splat::Point,
         emission_size: 512,
         reflections: Reflections::Mirrors,
-        ..Settings::default()
+        ..Settings::of(Method::CausticsMap)
     };
     let alone = |keep: usize| {
         let mut scene = all.clone();
@@ -298,7 +302,7 @@ fn lights_together_throw_what_each_throws_alone() {
     let mut scene = three_casters();
     let shape = LightShape::Point { position_m: DVec3::new(-0.6, 0.9, 0.1), range_m: None };
     scene.lights.push(light(shape, 1.0));
-    let with = |lights| bake(&scene, 32, &Settings { lights, ..Settings::default() }).0;
+    let with = |lights| bake(&scene, 32, &Settings { lights, ..Settings::of(Method::CausticsMap) }).0;
     let (both, first, second) = (with(None), with(Some(vec![0])), with(Some(vec![1])));
     for (name, both, first, second) in [
         ("direct", both.direct, first.direct, second.direct),

@@ -1,6 +1,6 @@
 //! Scenes made by hand, and what the tests do with them.
 
-use asm_core::{BakePlan, PASSES, Picture, Settings, Splat, Statistics, bake_plan, render_plan};
+use asm_core::{BakePlan, Method, PASSES, Picture, Settings, Splat, Statistics, bake_plan, render_plan};
 use frame_plan::Executor;
 use frame_plan::cpu::CpuExecutor;
 use glam::{DMat4, DVec3};
@@ -88,7 +88,12 @@ pub(crate) fn plate_over_floor(glass: Material, size: f32, light: Light) -> Scen
 
 /// Point splats on a map whose texels are the emission view's where both see the same square.
 pub(crate) fn aligned(size: u32) -> Settings {
-    Settings { emission_size: size, map_size: Some(size), splat: Splat::Point, ..Settings::default() }
+    Settings {
+        emission_size: size,
+        map_size: Some(size),
+        splat: Splat::Point,
+        ..Settings::of(Method::CausticsMap)
+    }
 }
 
 pub(crate) fn cpu() -> CpuExecutor {

@@ -1,6 +1,6 @@
 //! The colour of surfaces: pictures hold spectra times reflectances, whatever the wavelengths that were traced.
 
-use asm_core::{MapFit, Picture, Settings};
+use asm_core::{MapFit, Method, Picture, Settings};
 use glam::{DMat4, DVec3};
 use spectral_core::dispersion::Dispersion;
 use spectral_core::light::LightSpectrum;
@@ -81,7 +81,7 @@ fn a_floor_in_the_open_reflects_the_integral_over_the_spectrum() {
         for colour in COLOURS {
             let mut scene = floor(colour, spectrum.clone());
             scene.objects.truncate(1);
-            let picture = picture_of(&scene, [8; 2], &Settings::default());
+            let picture = picture_of(&scene, [8; 2], &Settings::of(Method::CausticsMap));
             assert_all_are(&picture, reflected(&spectrum, colour), 1e-5);
             // Under D65 that is the colour itself, which reflectances are solved for by a sum over whole nanometres.
             if spectrum == LightSpectrum::default() {
@@ -120,7 +120,7 @@ fn caustics_without_dispersion_have_one_colour_with_any_number_of_wavelengths() 
         wavelengths: Some(wavelengths),
         prune: false,
         emission_size: 128,
-        ..Settings::default()
+        ..Settings::of(Method::CausticsMap)
     };
     let one = picture(&scene, &settings(1));
     let brightest = one.xyz.iter().flatten().copied().fold(0.0, f32::max);
@@ -145,7 +145,7 @@ fn a_rainbow_on_a_saturated_floor_is_the_sum_of_its_bands() {
         emission_size: 128,
         // The same map for all of them and each alone.
         map_fit: Some(MapFit::Receivers),
-        ..Settings::default()
+        ..Settings::of(Method::CausticsMap)
     };
     let set = WavelengthSet::new(Scheme::Uniform, COUNT, settings.range_nm(), Observer::Cie1931).unwrap();
     let white = scene.lights[0].spectrum.clone();
@@ -194,7 +194,7 @@ fn a_line_keeps_its_chromaticity_on_any_floor() {
     for material in scene.materials.iter_mut().filter(|m| m.transmission == 0.0) {
         material.base_color = [0.7, 0.2, 0.4];
     }
-    let picture = picture(&scene, &Settings { emission_size: 64, ..Settings::default() });
+    let picture = picture(&scene, &Settings { emission_size: 64, ..Settings::of(Method::CausticsMap) });
     assert!(picture.xyz.iter().any(|t| t[1] > 0.0));
     for texel in &picture.xyz {
         for c in 0..3 {

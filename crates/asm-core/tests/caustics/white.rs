@@ -1,6 +1,6 @@
 //! Light that should pass unchanged does: white stays white, clear glass follows Fresnel.
 
-use asm_core::{Settings, Splat};
+use asm_core::{Method, Settings, Splat};
 use glam::DVec3;
 use spectral_core::dispersion::Dispersion;
 use spectral_scene::{LightShape, Material};
@@ -41,7 +41,7 @@ fn splats_keep_a_floor_that_is_lit_all_over_even_up_to_its_edges() {
             map_size: Some(64),
             splat: Splat::Gaussian { radius },
             prune: false,
-            ..Settings::default()
+            ..Settings::of(Method::CausticsMap)
         };
         // 1.5 / (97 - 0.98) is the photons' distance; the floor and its guard of radius + 1 texels get a map as fine.
         let used = 64.0 - 2.0 * (f64::from(radius) + 1.0) - 0.98;
@@ -70,7 +70,7 @@ fn edges_are_as_bright_as_the_middle_whatever_the_light_and_the_spacing() {
     {
         let mut scene = plate_over_floor(glass(1.0), 2.0, sun(direction));
         scene.objects[1].world_from_mesh = glam::DMat4::from_translation(DVec3::Y * 0.08);
-        let settings = Settings { emission_size, ..Settings::default() };
+        let settings = Settings { emission_size, ..Settings::of(Method::CausticsMap) };
         let (maps, _) = bake(&scene, 32, &settings);
         let cosine = -direction.normalize().y;
         let mean = |texels: &mut dyn Iterator<Item = usize>| {
@@ -98,7 +98,7 @@ fn texels_are_means_however_large() {
     // The map is finer than the bake: a few samples per texel would miss most of it.
     let scene = spectral_scene::bundled("gem").unwrap();
     let mean = |size: u32| {
-        let settings = Settings { emission_size: 256, ..Settings::default() };
+        let settings = Settings { emission_size: 256, ..Settings::of(Method::CausticsMap) };
         let refracted = bake(&scene, size, &settings).0.refracted;
         total(&refracted)[1] / refracted.len() as f64
     };
@@ -115,7 +115,7 @@ fn a_sphere_s_caustic_has_no_holes() {
     // search for the exit that ends too early displaces whole facets' light.
     let scene = spectral_scene::bundled("sphere").unwrap();
     let holes = |splat, exit_iterations| {
-        let settings = Settings { splat, exit_iterations, ..Settings::default() };
+        let settings = Settings { splat, exit_iterations, ..Settings::of(Method::CausticsMap) };
         let refracted = bake(&scene, 128, &settings).0.refracted;
         // The lit disc round the focus; a hole has less than half of the mean of what surrounds it.
         let y = |x: usize, z: usize| f64::from(refracted[z * 128 + x][1]);
@@ -127,7 +127,7 @@ fn a_sphere_s_caustic_has_no_holes() {
             })
             .count()
     };
-    let iterations = Settings::default().exit_iterations;
+    let iterations = Settings::of(Method::CausticsMap).exit_iterations;
     assert_eq!(holes(Splat::Auto, iterations), 0);
     let (point, early) = (holes(Splat::Point, iterations), holes(Splat::Auto, 2));
     assert!(point > 20 && early > 20, "{point} {early}");
@@ -175,7 +175,8 @@ fn clear_plates_follow_fresnel() {
     for (angle_deg, n) in [(0.0_f64, 1.5), (0.0, 2.4), (30.0, 1.5), (60.0, 1.33)] {
         let (sin, cos) = angle_deg.to_radians().sin_cos();
         let scene = plate_over_floor(glass(n), 1.0, sun(DVec3::new(sin, -cos, 0.0)));
-        let (maps, _) = bake(&scene, 32, &Settings { emission_size: 512, ..Settings::default() });
+        let (maps, _) =
+            bake(&scene, 32, &Settings { emission_size: 512, ..Settings::of(Method::CausticsMap) });
         let wanted = (1.0 - reflectance(cos, n)).powi(2) * cos;
         // Middle of the plate's light: away from the rim, and for slanting light away from the plate's sides.
         let middle = |x: usize| (12..20).map(move |y| y * 32 + x);
@@ -190,8 +191,12 @@ fn more_photons_come_closer_to_a_clear_plate() {
     let cosine = 1.0 / (1.0_f64 + 0.09 + 0.04).sqrt();
     let wanted = (1.0 - reflectance(cosine, 1.5)).powi(2) * cosine;
     let error = |emission_size: u32| {
-        let settings =
-            Settings { emission_size, map_size: Some(64), splat: Splat::Point, ..Settings::default() };
+        let settings = Settings {
+            emission_size,
+            map_size: Some(64),
+            splat: Splat::Point,
+            ..Settings::of(Method::CausticsMap)
+        };
         let (maps, _) = bake(&scene, 32, &settings);
         let middle = (12..20).flat_map(|y| (12..20).map(move |x| y * 32 + x));
         (middle.map(|i| (f64::from(maps.refracted[i][1]) / wanted - 1.0).powi(2)).sum::<f64>() / 64.0).sqrt()
@@ -211,7 +216,7 @@ fn equal_wavelengths_add_up_to_one() {
         wavelengths: Some(wavelengths),
         prune: false,
         emission_size: 128,
-        ..Settings::default()
+        ..Settings::of(Method::CausticsMap)
     };
     let (one, _) = bake(&scene, 64, &settings(1));
     for count in [7, 21] {
@@ -244,7 +249,7 @@ fn a_lamp_with_an_eye_shines_through_a_plate_without_contrast_as_if_it_were_not_
         let with_plate = plate_over_floor(glass(1.0), 0.4, light(shape, 2.0));
         let mut without = with_plate.clone();
         bare(&mut without);
-        let settings = Settings { emission_size: 800, ..Settings::default() };
+        let settings = Settings { emission_size: 800, ..Settings::of(Method::CausticsMap) };
         let (a, _) = bake(&with_plate, 64, &settings);
         let (b, _) = bake(&without, 64, &settings);
         let sum: Vec<[f32; 3]> =

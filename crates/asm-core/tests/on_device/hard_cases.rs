@@ -2,7 +2,9 @@
 //! which makes them.
 
 use asm_core::shared::view::View;
-use asm_core::{Ledger, MapFit, PlanError, Reflections, Settings, Splat, Statistics, bake_plan, render_plan};
+use asm_core::{
+    Ledger, MapFit, Method, PlanError, Reflections, Settings, Splat, Statistics, bake_plan, render_plan,
+};
 use frame_plan::Executor;
 use glam::DVec3;
 use spectral_core::dispersion::Dispersion;
@@ -95,7 +97,7 @@ fn one_texel_holds_every_photon() {
             splat,
             prune: false,
             reflections: Reflections::None,
-            ..Settings::default()
+            ..Settings::of(Method::CausticsMap)
         };
         let mut plan = bake_plan(&scene, 0, [16; 2], &settings, &gpu.limits()).unwrap();
         let map = plan.plan.resource("map").unwrap();
@@ -131,7 +133,7 @@ fn sixteen_million_photons_are_all_accounted_for() {
 #[test]
 fn light_that_meets_nothing_leaves_nothing() {
     let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
-    let few = Settings { emission_size: 64, ..Settings::default() };
+    let few = Settings { emission_size: 64, ..Settings::of(Method::CausticsMap) };
     let away = LightShape::Spot {
         position_m: DVec3::Y * 0.8,
         direction: DVec3::Y,
@@ -166,7 +168,7 @@ fn light_that_meets_nothing_leaves_nothing() {
 #[test]
 fn single_texels_and_pixels_are_means() {
     let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
-    let settings = Settings { emission_size: 128, ..Settings::default() };
+    let settings = Settings { emission_size: 128, ..Settings::of(Method::CausticsMap) };
     let scene = plate_over_floor(glass(1.0), 2.0, sun(DVec3::NEG_Y));
     let (maps, _) = bake_on(&mut gpu, &scene, 1, &settings);
     assert!((maps.refracted[0][1] - 1.0).abs() < 5e-3, "{:?}", maps.refracted);
@@ -187,8 +189,12 @@ fn maps_are_fitted_to_where_light_lands() {
     let mut scene = plate_over_floor(glass(1.5), 0.06, sun(DVec3::new(0.3, -1.0, 0.1)));
     scene.cameras.push(Camera::look_at(DVec3::ONE, DVec3::ZERO));
     let frame = |executor: &mut dyn Executor, fit| {
-        let settings =
-            Settings { map_fit: Some(fit), emission_size: 256, map_size: Some(256), ..Settings::default() };
+        let settings = Settings {
+            map_fit: Some(fit),
+            emission_size: 256,
+            map_size: Some(256),
+            ..Settings::of(Method::CausticsMap)
+        };
         let mut plan = render_plan(&scene, 0, [64; 2], &settings, &executor.limits()).unwrap();
         let read = ["map", "views"].map(|name| plan.plan.resource(name).unwrap());
         for id in read {
@@ -230,7 +236,7 @@ fn maps_beyond_the_devices_limits_are_refused_with_the_numbers() {
     // One texel more along each side than one binding of 24 bytes a texel holds; whole maps have at most 16384.
     let allowed = limits.max_storage_binding_bytes.min(limits.max_buffer_bytes);
     let side = ((allowed / 24).isqrt() + 1).min(16_384) as u32;
-    let settings = Settings { map_size: Some(side), ..Settings::default() };
+    let settings = Settings { map_size: Some(side), ..Settings::of(Method::CausticsMap) };
     let refused = bake_plan(&scene, 0, [64; 2], &settings, &limits).unwrap_err();
     assert!(
         matches!(&refused, PlanError::Limit { remedy: "map_size", .. }),
@@ -239,14 +245,15 @@ fn maps_beyond_the_devices_limits_are_refused_with_the_numbers() {
     let text = refused.to_string();
     assert!(text.contains("the device takes") && text.contains("lower map_size"), "{text}");
     let largest = limits.max_texture_size;
-    let wide = bake_plan(&scene, 0, [largest + 1, 1], &Settings::default(), &limits).unwrap_err();
+    let wide =
+        bake_plan(&scene, 0, [largest + 1, 1], &Settings::of(Method::CausticsMap), &limits).unwrap_err();
     assert!(
         matches!(&wide, PlanError::Limit { needed, max, .. } if (*needed, *max) == (u64::from(largest) + 1, largest.into())),
         "{wide}"
     );
     assert_eq!(gpu.made(), before, "nothing was made");
     // And the device goes on.
-    let small = Settings { emission_size: 64, ..Settings::default() };
+    let small = Settings { emission_size: 64, ..Settings::of(Method::CausticsMap) };
     assert!(total(&bake_on(&mut gpu, &scene, 8, &small).0.refracted)[1] > 0.0);
 }
 
@@ -375,7 +382,7 @@ fn refractors_over_each_other_take_the_first_ones_light() {
     // Photons know the first refractor of their texel: what stands behind it in the light's view neither bends nor takes
     // anything, and no flux is lost or counted twice. Apart, touching, and partly in each other.
     let first = plate_over_floor(glass(1.5), 0.4, sun(DVec3::NEG_Y));
-    let settings = Settings { wavelengths: Some(1), ..Settings::default() };
+    let settings = Settings { wavelengths: Some(1), ..Settings::of(Method::CausticsMap) };
     let (one, of_one) = bake_on(&mut gpu, &first, 32, &settings);
     let a = &of_one.lights[0].ledgers[0];
     for (height, y) in [(0.02, 0.08), (0.1, 0.1), (0.1, 0.17)] {

@@ -21,7 +21,7 @@ fn settings() -> Settings {
         map_size: Some(64),
         picture_samples: 1,
         bake_samples: 2,
-        ..Settings::default()
+        ..Settings::of(Method::CausticsMap)
     }
 }
 

@@ -14,7 +14,7 @@ use spectral_scene::{IrradianceMaps, Scene};
 use crate::{Screen, device};
 
 fn small() -> Settings {
-    Settings { emission_size: 128, ..Settings::default() }
+    Settings { emission_size: 128, ..Settings::of(Method::CausticsMap) }
 }
 
 fn receiver(scene: &Scene) -> usize {
