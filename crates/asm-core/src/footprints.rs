@@ -34,6 +34,9 @@ const WORK_ROW_BYTES: u64 = 4 * WORK_WORDS as u64;
 /// Splits across an edge along a side of a cell, beyond those of cells in general.
 const MORE_EDGE_SPLITS: u32 = 6;
 
+/// Cells along each side of the emission view, were all as small as can be: a queued patch has 16 bits for either number of one.
+const MOST_CELLS: u32 = 1 << 16;
+
 /// Patches that a queue holds.
 const CAPACITY: u32 = 4096;
 
@@ -223,10 +226,11 @@ impl Caustics<'_> {
             reserved0: 0,
             reserved1: 0,
         };
+        let deepest = (MOST_CELLS / self.settings.emission_size).ilog2();
         let split = FootprintSplit {
             cells,
-            most_level: self.settings.cell_splits,
-            most_edge_level: self.settings.cell_splits + MORE_EDGE_SPLITS,
+            most_level: self.settings.cell_splits.min(deepest),
+            most_edge_level: (self.settings.cell_splits + MORE_EDGE_SPLITS).min(deepest),
             silhouette_view: setup.silhouette_view,
             first_caster: self.geometry.opaque,
             end_caster: self.geometry.triangles.len() as u32,

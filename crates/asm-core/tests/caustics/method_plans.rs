@@ -355,3 +355,20 @@ fn methods_move_on_without_a_new_plan() {
         assert_eq!((statistics.lights, statistics.view), (fresh_statistics.lights, fresh_statistics.view));
     }
 }
+
+#[test]
+fn cells_are_split_no_further_than_a_queue_can_number_them() {
+    let scene = spectral_scene::bundled("prism").unwrap();
+    for (emission_size, cell_splits, wanted) in
+        [(128, 3, [3, 9]), (128, 8, [8, 9]), (512, 8, [7, 7]), (100, 1, [1, 7])]
+    {
+        let settings = Settings { emission_size, cell_splits, bounces: 0, ..Settings::of(Method::Footprint) };
+        let plan = bake_of(&scene, &settings);
+        let params = plan.params.iter().find(|p| p.name.starts_with("footprint_split")).unwrap();
+        assert_eq!(
+            [16, 17].map(|word| word_of(&params.bytes, word)),
+            wanted,
+            "{emission_size}, {cell_splits}"
+        );
+    }
+}
