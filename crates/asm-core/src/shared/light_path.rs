@@ -6,6 +6,7 @@
 //! times that this leaves something behind, what is thrown back goes aside, and arrives for itself. Parts are integers and split
 //! without a rest, so those of a path's arrivals and ends add up to its flux exactly.
 
+use arrayvec::ArrayVec;
 use frame_plan::cpu::TextureView;
 use glam::Vec3;
 
@@ -87,36 +88,33 @@ const WAY_PRIME: u32 = 16_777_619;
 const WAY_THROUGH: u32 = 1;
 const WAY_BACK: u32 = 2;
 
-/// Where light outside all glass is: in no object, where nothing absorbs.
-const OUTSIDE: (u32, f32) = (NO_OBJECT, 0.0);
-
 /// As the FNV-1a hash goes on.
 pub fn way_on(way: u32, number: u32) -> u32 {
     (way ^ number).wrapping_mul(WAY_PRIME)
 }
 
-/// A path on its way: what is left of it, and what it has left behind.
-#[derive(Clone, Copy)]
-struct Way {
-    ray: Ray,
-    /// The triangle that the ray starts on, as visibility buffers count.
-    start: u32,
-    part: u32,
-    /// Of all surfaces so far.
-    surfaces: u32,
-    ends: PathEnds,
+fn way_through(way: u32, t: &Triangle, what: u32) -> u32 {
+    way_on(way, 8 * t.face + what)
 }
 
 /// Most that [`LightPaths::asides`] may be.
 pub const MOST_ASIDES: usize = 2;
 
-/// What was thrown back behind the first glass.
+/// Those of 7 reflections inside, and what went aside.
+const MOST_BRANCHES: usize = 8 + MOST_ASIDES;
+
+/// A part of a path's light: on its way outside the first glass, or where it ended before.
 #[derive(Clone, Copy)]
-struct Aside {
+struct Branch {
+    order: u32,
+    /// Where it ended, and what it met there; none on its way.
+    ended: Option<(u32, SurfaceHit)>,
     ray: Ray,
+    /// The triangle that the ray starts on, as visibility buffers count.
     start: u32,
     part: u32,
-    surfaces: u32,
+    /// Of all surfaces so far.
+    way: u32,
     /// The refractor that it is in, or [`NO_OBJECT`].
     object: u32,
     /// Around it, per working unit.
@@ -125,58 +123,35 @@ struct Aside {
     length: f32,
 }
 
-/// Those of a path, in the order of its surfaces.
-#[derive(Default)]
+impl Branch {
+    /// Outside all glass.
+    fn on_its_way(order: u32, ray: Ray, start: u32, part: u32, way: u32, length: f32) -> Self {
+        let (object, absorption) = (NO_OBJECT, 0.0);
+        Self { order, ended: None, ray, start, part, way, object, absorption, length }
+    }
+}
+
+/// Of a path; the first ones leave the first glass, the others went aside behind it.
+type Branches = ArrayVec<Branch, MOST_BRANCHES>;
+
+/// Where what goes aside stands among branches, how many do, and not those that have less.
+#[derive(Clone, Copy)]
 struct Asides {
-    kept: [Option<Aside>; MOST_ASIDES],
-    count: usize,
-    /// How many may still come.
-    room: u32,
-    /// Not kept if they have less.
+    first: usize,
+    most: usize,
     least: u32,
-    /// Of the way so far inside the first glass.
-    length: f32,
 }
 
-impl Asides {
-    fn keep(&mut self, aside: Aside) -> bool {
-        let fits = self.room > 0 && aside.part >= self.least;
-        if fits {
-            self.kept[self.count] = Some(Aside { length: self.length, ..aside });
-            self.count += 1;
-            self.room -= 1;
-        }
-        fits
-    }
+/// Keeps a share of a part; the rest is absorbed.
+fn absorb(part: &mut u32, ends: &mut PathEnds, passes: f32) {
+    let left = flux_part(*part, part_from(passes));
+    ends.absorbed += *part - left;
+    *part = left;
 }
 
-impl Way {
-    /// At what it meets, outside the first glass.
-    fn arrival(&self, end: u32, met: &SurfaceHit) -> Arrival {
-        Arrival {
-            order: 0,
-            end,
-            ray: self.ray,
-            met: *met,
-            part: self.part,
-            way: self.surfaces,
-            length: 0.0,
-            medium: 0,
-        }
-    }
-
-    /// Keeps a share; the rest is absorbed.
-    fn absorb(&mut self, passes: f32) {
-        let left = flux_part(self.part, part_from(passes));
-        self.ends.absorbed += self.part - left;
-        self.part = left;
-    }
-
-    fn go_on(&mut self, origin: Vec3, direction: Vec3, met: &SurfaceHit, t: &Triangle, what: u32) {
-        self.ray = Ray { origin, direction };
-        self.start = met.visible;
-        self.surfaces = way_on(self.surfaces, 8 * t.face + what);
-    }
+/// The side of the surface that the ray comes from.
+fn normal_towards(t: &Triangle, met: &SurfaceHit) -> Vec3 {
+    -met.hit.facing.signum() * t.interpolated_normal(&met.hit)
 }
 
 impl LightPaths<'_> {
@@ -221,161 +196,135 @@ impl LightPaths<'_> {
         (at.found && lit() && self.shown_there(&at, met.visible, point)).then_some(at)
     }
 
-    /// From the first glass, or from the first mirror, or from where it went aside inside an object that absorbs per working
-    /// unit, to where it lands.
-    fn follow(&self, way: &mut Way, inside: (u32, f32), bin: u32, asides: &mut Asides) -> Arrival {
-        let (mut object, mut absorption) = inside;
+    /// From the first glass, or from the first mirror, or from where it went aside, to where it lands: how it ends, what it meets
+    /// there, and by which ray.
+    fn follow(
+        &self,
+        branch: &mut Branch,
+        ends: &mut PathEnds,
+        bin: u32,
+        branches: &mut Branches,
+        asides: Asides,
+    ) -> (u32, SurfaceHit) {
         for _ in 0..MOST_SURFACES {
-            let met = self.surfaces.nearest(way.ray, &Sought { object, start: way.start, only: 0 });
+            let Branch { ray, object, start, .. } = *branch;
+            let met = self.surfaces.nearest(ray, &Sought { object, start, only: 0 });
             if met.visible == NOTHING {
-                return way.arrival(END_ESCAPED, &met);
+                return (END_ESCAPED, met);
             }
             let t = self.triangle(met.visible);
             let medium = self.medium(t, bin);
-            way.absorb((-absorption * met.hit.distance).exp());
-            let direction = way.ray.direction;
-            let normal = -met.hit.facing.signum() * t.interpolated_normal(&met.hit);
-            let origin = way.ray.origin + met.hit.distance * direction;
+            absorb(&mut branch.part, ends, (-branch.absorption * met.hit.distance).exp());
+            let normal = normal_towards(t, &met);
+            let origin = ray.origin + met.hit.distance * ray.direction;
+            let go_on = |branch: &mut Branch, direction, what| {
+                branch.ray = Ray { origin, direction };
+                branch.start = met.visible;
+                branch.way = way_through(branch.way, t, what);
+            };
             if t.flags & TRIANGLE_MIRROR != 0 {
-                let share = mirror_reflectance(direction, normal, medium.surface);
-                let back = reflect_at(direction, normal, t, share);
+                let share = mirror_reflectance(ray.direction, normal, medium.surface);
+                let back = reflect_at(ray.direction, normal, t, share);
                 if back.end != END_LANDED {
-                    return way.arrival(back.end, &met);
+                    return (back.end, met);
                 }
-                way.absorb(back.reflectance);
-                way.go_on(origin, back.direction, &met, t, WAY_BACK);
+                absorb(&mut branch.part, ends, back.reflectance);
+                go_on(branch, back.direction, WAY_BACK);
             } else if t.flags & TRIANGLE_REFRACTS != 0 {
                 let entering = met.hit.facing < 0.0;
                 let eta = if entering { medium.index } else { 1.0 / medium.index };
-                let crossing = cross_surface(direction, normal, t, eta, self.rule);
+                let crossing = cross_surface(ray.direction, normal, t, eta, self.rule);
+                let back = reflect_at(ray.direction, normal, t, 1.0);
                 if crossing.end == END_TOTAL {
-                    let back = reflect_at(direction, normal, t, 1.0);
                     if back.end != END_LANDED {
-                        return way.arrival(back.end, &met);
+                        return (back.end, met);
                     }
-                    way.go_on(origin, back.direction, &met, t, WAY_BACK);
+                    go_on(branch, back.direction, WAY_BACK);
                 } else if crossing.end != END_LANDED {
-                    return way.arrival(crossing.end, &met);
+                    return (crossing.end, met);
                 } else {
-                    let passed = flux_part(way.part, part_from(1.0 - crossing.reflectance));
-                    let rest = way.part - passed;
-                    let back = reflect_at(direction, normal, t, 1.0);
-                    let aside = Aside {
-                        ray: Ray { origin, direction: back.direction },
-                        start: met.visible,
-                        part: if back.end == END_LANDED { rest } else { 0 },
-                        surfaces: way_on(way.surfaces, 8 * t.face + WAY_BACK),
-                        object,
-                        absorption,
-                        length: 0.0,
-                    };
-                    if !asides.keep(aside) {
-                        if object == NO_OBJECT {
-                            way.ends.reflected += rest;
-                        } else {
-                            way.ends.kept_inside += rest;
-                        }
+                    let passed = flux_part(branch.part, part_from(1.0 - crossing.reflectance));
+                    let rest = branch.part - passed;
+                    let goes = if back.end == END_LANDED { rest } else { 0 };
+                    if branches.len() < asides.first + asides.most && goes >= asides.least {
+                        let order = self.orders + (branches.len() - asides.first) as u32;
+                        let mut aside = Branch { order, part: goes, ..*branch };
+                        go_on(&mut aside, back.direction, WAY_BACK);
+                        branches.push(aside);
+                    } else if object == NO_OBJECT {
+                        ends.reflected += rest;
+                    } else {
+                        ends.kept_inside += rest;
                     }
-                    way.part = passed;
-                    way.absorb(medium.surface);
-                    way.go_on(origin, crossing.direction, &met, t, WAY_THROUGH);
-                    (object, absorption) =
+                    branch.part = passed;
+                    absorb(&mut branch.part, ends, medium.surface);
+                    go_on(branch, crossing.direction, WAY_THROUGH);
+                    (branch.object, branch.absorption) =
                         if entering { (t.object, medium.absorption) } else { (NO_OBJECT, 0.0) };
                 }
             } else {
-                return way.arrival(END_LANDED, &met);
+                return (END_LANDED, met);
             }
         }
-        way.arrival(END_NO_EXIT, &SurfaceHit::default())
+        (END_NO_EXIT, SurfaceHit::default())
     }
 
-    /// Inside the first glass: what leaves it after each number of reflections goes on, what is left then stays inside.
+    /// Inside the first glass: what leaves it after each number of reflections is a branch, what is left then stays inside.
     fn trace_inside(
         &self,
-        mut way: Way,
+        mut inside: Branch,
         front: &Triangle,
+        ends: &mut PathEnds,
         bin: u32,
         whole: u32,
-        asides: &mut Asides,
-        arrives: &mut impl FnMut(Arrival),
-    ) -> PathEnds {
+        branches: &mut Branches,
+    ) {
         let medium = self.medium(front, bin);
-        let mut length = 0.0;
-        for order in 0..self.orders {
-            if way.part < whole / LEAST_SHARE {
-                break;
-            }
-            let mut keep = |order, arrival, length| {
-                arrives(Arrival { order, length, medium: front.material, ..arrival });
-            };
-            let sought = Sought { object: front.object, start: way.start, only: 0 };
-            let met = self.surfaces.nearest(way.ray, &sought);
+        while inside.order < self.orders && inside.part >= whole / LEAST_SHARE {
+            let Branch { ray, start, object, .. } = inside;
+            let met = self.surfaces.nearest(ray, &Sought { object, start, only: 0 });
             if met.visible == NOTHING {
-                let open = front.flags & TRIANGLE_OPEN != 0;
-                let end = if open { END_ESCAPED } else { END_NO_EXIT };
-                keep(order, way.arrival(end, &met), length);
-                return way.ends;
+                let end = if front.flags & TRIANGLE_OPEN != 0 { END_ESCAPED } else { END_NO_EXIT };
+                return branches.push(Branch { ended: Some((end, met)), ..inside });
             }
             let t = self.triangle(met.visible);
-            length += met.hit.distance;
-            let direction = way.ray.direction;
-            let normal = -met.hit.facing.signum() * t.interpolated_normal(&met.hit);
-            let origin = way.ray.origin + met.hit.distance * direction;
+            inside.length += met.hit.distance;
+            let normal = normal_towards(t, &met);
+            let origin = ray.origin + met.hit.distance * ray.direction;
             let back = if t.flags & (TRIANGLE_REFRACTS | TRIANGLE_MIRROR) == 0 {
-                keep(order, way.arrival(END_LANDED, &met), length);
-                return way.ends;
+                return branches.push(Branch { ended: Some((END_LANDED, met)), ..inside });
             } else if t.flags & TRIANGLE_MIRROR != 0 {
-                let share = mirror_reflectance(direction, normal, self.medium(t, bin).surface);
-                let back = reflect_at(direction, normal, t, share);
-                way.absorb(back.reflectance);
+                let share = mirror_reflectance(ray.direction, normal, self.medium(t, bin).surface);
+                let back = reflect_at(ray.direction, normal, t, share);
+                absorb(&mut inside.part, ends, back.reflectance);
                 back
             } else {
-                let crossing = cross_surface(direction, normal, t, 1.0 / medium.index, self.rule);
+                let crossing = cross_surface(ray.direction, normal, t, 1.0 / medium.index, self.rule);
                 if crossing.end == END_LANDED {
-                    let leaves = flux_part(way.part, part_from(1.0 - crossing.reflectance));
-                    let mut outside = Way { part: leaves, ..way };
-                    outside.absorb(medium.surface);
-                    outside.go_on(origin, crossing.direction, &met, t, WAY_THROUGH);
-                    asides.length = length;
-                    keep(order, self.follow(&mut outside, OUTSIDE, bin, asides), length);
-                    way.part -= leaves;
-                    way.ends = outside.ends;
+                    let mut leaves = flux_part(inside.part, part_from(1.0 - crossing.reflectance));
+                    inside.part -= leaves;
+                    absorb(&mut leaves, ends, medium.surface);
+                    let ray = Ray { origin, direction: crossing.direction };
+                    let way = way_through(inside.way, t, WAY_THROUGH);
+                    let Branch { order, length, .. } = inside;
+                    branches.push(Branch::on_its_way(order, ray, met.visible, leaves, way, length));
                 } else if crossing.end != END_TOTAL {
-                    keep(order, way.arrival(crossing.end, &met), length);
-                    return way.ends;
+                    return branches.push(Branch { ended: Some((crossing.end, met)), ..inside });
                 }
-                reflect_at(direction, normal, t, 1.0)
+                reflect_at(ray.direction, normal, t, 1.0)
             };
+            inside.order += 1;
             if back.end != END_LANDED {
-                if order + 1 < self.orders {
-                    keep(order + 1, way.arrival(back.end, &met), length);
-                    return way.ends;
+                if inside.order < self.orders {
+                    return branches.push(Branch { ended: Some((back.end, met)), ..inside });
                 }
                 break;
             }
-            way.go_on(origin, back.direction, &met, t, WAY_BACK);
+            inside.way = way_through(inside.way, t, WAY_BACK);
+            inside.ray = Ray { origin, direction: back.direction };
+            inside.start = met.visible;
         }
-        way.ends.kept_inside += way.part;
-        way.ends
-    }
-
-    /// What went aside, to where it lands; nothing of it goes aside once more.
-    fn follow_asides(
-        &self,
-        asides: &Asides,
-        medium: u32,
-        bin: u32,
-        mut ends: PathEnds,
-        arrives: &mut impl FnMut(Arrival),
-    ) -> PathEnds {
-        for (aside, order) in asides.kept.iter().flatten().zip(self.orders..) {
-            let Aside { ray, start, part, surfaces, object, absorption, length } = *aside;
-            let mut way = Way { ray, start, part, surfaces, ends };
-            let arrival = self.follow(&mut way, (object, absorption), bin, &mut Asides::default());
-            arrives(Arrival { order, length, medium, ..arrival });
-            ends = way.ends;
-        }
-        ends
+        ends.kept_inside += inside.part;
     }
 
     /// Back from the first surface; what goes into glass there stays, what a mirror does not throw back is absorbed.
@@ -385,11 +334,11 @@ impl LightPaths<'_> {
         met: &SurfaceHit,
         bin: u32,
         whole: u32,
-        arrives: &mut impl FnMut(Arrival),
+        branches: &mut Branches,
     ) -> PathEnds {
         let front = self.triangle(met.visible);
         let medium = self.medium(front, bin);
-        let normal = -met.hit.facing.signum() * front.interpolated_normal(&met.hit);
+        let normal = normal_towards(front, met);
         let mirror = front.flags & TRIANGLE_MIRROR != 0;
         let share = if mirror {
             mirror_reflectance(ray.direction, normal, medium.surface)
@@ -403,13 +352,44 @@ impl LightPaths<'_> {
         }
         let part = flux_part(whole, part_from(back.reflectance));
         let (absorbed, kept_inside) = if mirror { (whole - part, 0) } else { (0, whole - part) };
-        let ends = PathEnds { end: END_LANDED, reflected: 0, absorbed, kept_inside };
-        let mut way = Way { ray, start: NOTHING, part, surfaces: WAY_START, ends };
         let origin = ray.origin + met.hit.distance * ray.direction;
-        way.go_on(origin, back.direction, met, front, WAY_BACK);
-        let arrival = self.follow(&mut way, OUTSIDE, bin, &mut Asides::default());
-        arrives(Arrival { medium: front.material, ..arrival });
-        way.ends
+        let thrown = Ray { origin, direction: back.direction };
+        let way = way_through(WAY_START, front, WAY_BACK);
+        branches.push(Branch::on_its_way(0, thrown, met.visible, part, way, 0.0));
+        PathEnds { end: END_LANDED, reflected: 0, absorbed, kept_inside }
+    }
+
+    /// Through the first surface, into glass or out of it.
+    fn trace_refracted(
+        &self,
+        ray: Ray,
+        met: &SurfaceHit,
+        bin: u32,
+        whole: u32,
+        branches: &mut Branches,
+    ) -> PathEnds {
+        let front = self.triangle(met.visible);
+        let medium = self.medium(front, bin);
+        let entering = met.hit.facing < 0.0;
+        let eta = if entering { medium.index } else { 1.0 / medium.index };
+        let crossing = cross_surface(ray.direction, normal_towards(front, met), front, eta, self.rule);
+        if crossing.end != END_LANDED {
+            return PathEnds { end: crossing.end, ..PathEnds::default() };
+        }
+        let mut part = flux_part(whole, part_from(1.0 - crossing.reflectance));
+        let mut ends = PathEnds { end: END_LANDED, reflected: whole - part, absorbed: 0, kept_inside: 0 };
+        absorb(&mut part, &mut ends, medium.surface);
+        let origin = ray.origin + met.hit.distance * ray.direction;
+        let ray = Ray { origin, direction: crossing.direction };
+        let way = way_through(WAY_START, front, WAY_THROUGH);
+        let passed = Branch::on_its_way(0, ray, met.visible, part, way, 0.0);
+        if entering {
+            let inside = Branch { object: front.object, ..passed };
+            self.trace_inside(inside, front, &mut ends, bin, whole, branches);
+        } else {
+            branches.push(passed);
+        }
+        ends
     }
 
     /// Where light meets what paths begin at, or how it ends.
@@ -445,32 +425,27 @@ impl LightPaths<'_> {
         whole: u32,
         mut arrives: impl FnMut(Arrival),
     ) -> PathEnds {
-        let front = self.triangle(met.visible);
-        if self.path == PATH_REFLECTED {
-            return self.trace_reflected(ray, met, bin, whole, &mut arrives);
+        let mut branches = Branches::new();
+        let (mut ends, asides) = if self.path == PATH_REFLECTED {
+            (self.trace_reflected(ray, met, bin, whole, &mut branches), 0)
+        } else {
+            let asides = if met.hit.facing < 0.0 { self.asides as usize } else { 0 };
+            (self.trace_refracted(ray, met, bin, whole, &mut branches), asides)
+        };
+        let first = branches.len();
+        let medium = self.triangle(met.visible).material;
+        let least = (whole / LEAST_SHARE).max(1);
+        let mut i = 0;
+        while i < branches.len() {
+            let mut branch = branches[i];
+            let (end, met) = branch.ended.unwrap_or_else(|| {
+                let most = if i < first { asides } else { 0 };
+                self.follow(&mut branch, &mut ends, bin, &mut branches, Asides { first, most, least })
+            });
+            let Branch { order, ray, part, way, length, .. } = branch;
+            arrives(Arrival { order, end, ray, met, part, way, length, medium });
+            i += 1;
         }
-        let medium = self.medium(front, bin);
-        let normal = -met.hit.facing.signum() * front.interpolated_normal(&met.hit);
-        let entering = met.hit.facing < 0.0;
-        let eta = if entering { medium.index } else { 1.0 / medium.index };
-        let crossing = cross_surface(ray.direction, normal, front, eta, self.rule);
-        if crossing.end != END_LANDED {
-            return PathEnds { end: crossing.end, ..PathEnds::default() };
-        }
-        let part = flux_part(whole, part_from(1.0 - crossing.reflectance));
-        let ends = PathEnds { end: END_LANDED, reflected: whole - part, absorbed: 0, kept_inside: 0 };
-        let mut way = Way { ray, start: NOTHING, part, surfaces: WAY_START, ends };
-        way.absorb(medium.surface);
-        let origin = ray.origin + met.hit.distance * ray.direction;
-        way.go_on(origin, crossing.direction, met, front, WAY_THROUGH);
-        if entering {
-            let least = (whole / LEAST_SHARE).max(1);
-            let mut asides = Asides { room: self.asides, least, ..Asides::default() };
-            let ends = self.trace_inside(way, front, bin, whole, &mut asides, &mut arrives);
-            return self.follow_asides(&asides, front.material, bin, ends, &mut arrives);
-        }
-        let arrival = self.follow(&mut way, OUTSIDE, bin, &mut Asides::default());
-        arrives(Arrival { medium: front.material, ..arrival });
-        way.ends
+        ends
     }
 }
