@@ -1,5 +1,7 @@
 //! What the checks that need more than one crate share: executors that run, and one small bake.
 
+pub mod agreement;
+
 use std::path::{Path, PathBuf};
 
 use asm_core::{BakePlan, Method, Reflections, Settings};

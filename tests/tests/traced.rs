@@ -1,36 +1,14 @@
 //! Photons along exact paths: against the oracle, and on every executor.
 
-use asm_core::{BakePlan, GapFilling, Method, Refraction, Settings, Statistics, bake_plan};
-use frame_plan::{Executor, Limits};
+use asm_core::{GapFilling, Method, Refraction, Settings};
 use spectral_reference::{BakeSettings, Effort};
 use spectral_scene::IrradianceMaps;
-use workspace_tests::{executors, subject};
-use xtask::checks::{Bound, judge};
-use xtask::executors::bake;
+use workspace_tests::agreement::{assert_executors_agree, plan_of, run};
+use workspace_tests::{SIZE, subject};
+use xtask::checks::Bound;
 use xtask::layers::Layer;
 use xtask::metrics::{Metrics, compare};
-use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
-
-const SIZE: [u32; 2] = [64, 64];
-
-fn traced(method: Method) -> Settings {
-    Settings { refraction: Some(Refraction::Traced), ..Settings::of(method) }
-}
-
-fn plan_of(subject: &Subject, settings: &Settings) -> BakePlan {
-    bake_plan(&subject.scene, subject.receiver, SIZE, settings, &Limits::default())
-        .unwrap_or_else(|error| panic!("{}: {error}", subject.name))
-}
-
-fn run(plan: &BakePlan, executor: &mut dyn Executor) -> (IrradianceMaps, Statistics) {
-    let (maps, statistics) = bake(plan, executor).unwrap_or_else(|error| panic!("{error}"));
-    for light in &statistics.lights {
-        let ledgers = light.ledgers.iter().chain(&light.reflected);
-        assert!(ledgers.into_iter().all(|ledger| ledger.balances()), "{light:?}");
-    }
-    (maps, statistics)
-}
 
 /// Of refracted light.
 fn distance(subject: &Subject, a: &IrradianceMaps, b: &IrradianceMaps) -> Metrics {
@@ -94,54 +72,11 @@ const SCENES: [(&str, Method); 6] = [
 /// Between executors on different drivers: rounding decides on which side of an edge a photon goes.
 const PARITY: Bound = Bound { delta_e_mean: Some(0.01), rms_64: Some(1e-3), total_y: Some(1e-5) };
 
-fn disparities(subject: &Subject, a: &IrradianceMaps, b: &IrradianceMaps) -> Vec<String> {
-    let mut found = Vec::new();
-    for layer in [Layer::Refracted, Layer::Reflected] {
-        if layer.is_negligible(a) && layer.is_negligible(b) {
-            continue;
-        }
-        let judgement = judge(&layer.of(a), &layer.of(b), subject.expected(layer, true), Some(PARITY));
-        found.extend(judgement.problems.into_iter().map(|p| format!("{}: {p}", layer.name())));
-    }
-    found
-}
-
-fn bits(maps: &IrradianceMaps) -> impl Iterator<Item = u32> + '_ {
-    [&maps.direct, &maps.refracted, &maps.reflected].into_iter().flatten().flatten().map(|v| v.to_bits())
-}
-
 #[test]
 fn traced_photons_agree_on_every_executor() {
-    let mut executors = executors();
     for (name, method) in SCENES {
-        let subject = subject(name);
-        let settings = Settings { emission_size: 96, map_size: Some(96), ..traced(method) };
-        let plan = plan_of(&subject, &settings);
-        let mut results = Vec::new();
-        for (id, executor) in &mut executors {
-            let (maps, statistics) = run(&plan, executor.as_mut());
-            let (again, statistics_again) = run(&plan, executor.as_mut());
-            assert!(bits(&maps).eq(bits(&again)), "{name}: {id} gave two results");
-            assert_eq!(statistics.lights, statistics_again.lights, "{name}: {id} gave two ledgers");
-            results.push((*id, executor.info().clone(), maps));
-        }
-        for (i, (a, device_a, maps_a)) in results.iter().enumerate() {
-            for (b, device_b, maps_b) in &results[..i] {
-                let found = disparities(&subject, maps_a, maps_b);
-                assert!(found.is_empty(), "{name}, {a} and {b}: {found:?}");
-                if (&device_a.device, &device_a.driver) == (&device_b.device, &device_b.driver) {
-                    assert!(bits(maps_a).eq(bits(maps_b)), "{name}, {a} and {b}, on one driver");
-                }
-            }
-        }
-        for sabotage in [Sabotage::Ior, Sabotage::Channel] {
-            let spoiled = sabotage.spoil(&plan);
-            if spoiled == plan {
-                continue;
-            }
-            let (spoiled, _) = run(&spoiled, executors[0].1.as_mut());
-            let found = disparities(&subject, &spoiled, &results[0].2);
-            assert!(!found.is_empty(), "{name}: {} went unnoticed", sabotage.description());
-        }
+        let refraction = Some(Refraction::Traced);
+        let settings = Settings { refraction, emission_size: 96, map_size: Some(96), ..Settings::of(method) };
+        assert_executors_agree(&subject(name), &settings, PARITY);
     }
 }
