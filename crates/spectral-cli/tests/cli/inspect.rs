@@ -13,8 +13,7 @@ fn json(args: &str) -> Value {
 #[test]
 fn a_plan_says_what_is_kept_and_left_out_and_why() {
     let text = spectral("plan sphere").done().stdout;
-    for part in ["dispersion: on", "absorption: off", "passes kept", "passes left out", "photon_trace", "KiB"]
-    {
+    for part in ["dispersion: on", "absorption: off", "passes kept", "passes left out", "path_trace", "KiB"] {
         assert!(text.contains(part), "no {part:?} in {text}");
     }
 }
