@@ -202,7 +202,10 @@ impl Report {
              |---|---|---|---|---|---|---|---|---|\n",
             self.rounds
         );
-        let fps = |ms: f64| format!("{:.0}", 1e3 / ms);
+        let fps = |ms: f64| match 1e3 / ms {
+            few if few < 10.0 => format!("{few:.1}"),
+            many => format!("{many:.0}"),
+        };
         for row in &self.rows {
             let _ = writeln!(
                 text,
