@@ -86,13 +86,20 @@ fn is_wide(extent: Extent) -> bool {
     return true;
 }
 
-// Share of the flux of each channel that comes through at a corner, of a medium with these absorptions.
-fn passes_at(corner: u32, x: f32, absorptions: vec3<f32>) -> vec3<f32> {
+// What a first surface's material does to each channel.
+struct Colour {
+    absorptions: vec3<f32>, // per working unit
+    surfaces: vec3<f32>,    // what its surface lets through or throws back
+}
+
+// Share of the flux of each channel that comes through at a corner. What depends on the wavelength through the first surface's material
+// is not interpolated between nodes: that is taken off there, and put back here.
+fn passes_at(corner: u32, x: f32, colour: Colour) -> vec3<f32> {
     let w = node_weights(params.cells.nodes, nodes_at, x);
     let first = corner * MOST_NODES;
-    let part = dot(w, vec4<f32>(parts[first], parts[first + 1u], parts[first + 2u], parts[first + 3u]));
+    let part = dot(w / max(surfaces, vec4<f32>(LEAST_SURFACE)), vec4<f32>(parts[first], parts[first + 1u], parts[first + 2u], parts[first + 3u]));
     let inside = dot(w, vec4<f32>(lengths[first], lengths[first + 1u], lengths[first + 2u], lengths[first + 3u]));
-    return clamp(part, 0.0, 1.0) * exp(-absorptions * max(inside, 0.0));
+    return clamp(part * colour.surfaces, vec3<f32>(0.0), vec3<f32>(1.0)) * exp(-colour.absorptions * max(inside, 0.0));
 }
 
 // Steps that a cell's light is laid down in.
@@ -166,6 +173,11 @@ fn absorptions_at(at: vec3<f32>, material: u32) -> vec3<f32> {
     return mix(a, b, at - vec3<f32>(lower));
 }
 
+// At a place in the spectrum of each channel's own, as a bin.
+fn colour_at(at: vec3<f32>, material: u32) -> Colour {
+    return Colour(absorptions_at(at, material), vec3<f32>(surface_at(at.x, material), surface_at(at.y, material), surface_at(at.z, material)));
+}
+
 // Some bins of a cell's light, by corner.
 struct LandedBand {
     at: array<vec2<f32>, 4>,     // texels of the map
@@ -187,18 +199,19 @@ fn landed_band(cell: FootprintCell, bin: u32, bins: u32, first: PathLanding) -> 
         landed.at[corner] = place_at(corner, center);
         landed.along += 0.25 * (place_at(corner, to_x) - place_at(corner, from_x));
     }
-    let absorbs = absorption_at(cell.first + cell.bins / 2u, medium) > 0.0;
+    let middle = cell.first + cell.bins / 2u;
+    let absorbs = absorption_at(middle, medium) > 0.0 || surface_at(f32(middle), medium) < 1.0;
     let parts_of_it = select(1u, clamp(ABSORBING_BANDS * bins / cell.bins, 1u, bins), absorbs);
     let own_bins = bins / parts_of_it;
     for (var i = 0u; i < parts_of_it; i++) {
         let own_bin = bin + i * own_bins;
         let weight = band_weight(own_bin + own_bins, lit) - band_weight(own_bin, lit);
         let centroid = centroids(own_bin, own_bins, lit);
-        let absorptions = absorptions_at(centroid, medium);
+        let colour = colour_at(centroid, medium);
         let x = abscissa(cell, medium, centroid.y);
         let share = select(vec3<f32>(weight) / vec3<f32>(max(landed.weight, vec3<u32>(1u))), vec3<f32>(0.0), landed.weight == vec3<u32>(0u));
         for (var corner = 0u; corner < 4u; corner++) {
-            landed.passes[corner] += share * passes_at(corner, x, absorptions);
+            landed.passes[corner] += share * passes_at(corner, x, colour);
         }
     }
     return landed;
@@ -262,15 +275,15 @@ fn lay_wide(emitted: Emitted, cell_flux: u32, first: PathLanding) {
         let to_x = (f32(piece) + 1.0) / f32(pieces);
         let first_bin = min(u32(round(bin_at(cell, first.medium, from_x))), cell.first + cell.bins - 1u);
         let end_bin = u32(round(bin_at(cell, first.medium, to_x)));
-        let absorptions = absorptions_at(centroids(first_bin, max(end_bin - first_bin, 1u), lit), first.medium);
+        let colour = colour_at(centroids(first_bin, max(end_bin - first_bin, 1u), lit), first.medium);
         for (var i = 0u; i < 2u; i++) {
             let t = TRIANGLES[i];
             let a = place_at(t.x, middle_x);
             let side_b = place_at(t.y, middle_x) - a;
             let side_c = place_at(t.z, middle_x) - a;
-            let pass_a = passes_at(t.x, middle_x, absorptions);
-            let pass_b = passes_at(t.y, middle_x, absorptions) - pass_a;
-            let pass_c = passes_at(t.z, middle_x, absorptions) - pass_a;
+            let pass_a = passes_at(t.x, middle_x, colour);
+            let pass_b = passes_at(t.y, middle_x, colour) - pass_a;
+            let pass_c = passes_at(t.z, middle_x, colour) - pass_a;
             var along = vec2<f32>(0.0);
             for (var corner = 0u; corner < 3u; corner++) {
                 along += (place_at(t[corner], to_x) - place_at(t[corner], from_x)) / 3.0;

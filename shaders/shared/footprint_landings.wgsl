@@ -40,11 +40,22 @@ var<private> places: array<vec2<f32>, 16>; // texels of the map
 var<private> parts: array<f32, 16>;
 var<private> lengths: array<f32, 16>;
 var<private> nodes_at: vec4<f32>; // see `abscissa`
+var<private> surfaces: vec4<f32>; // what the first surface's material lets through or throws back, of nodes
+
+// Surfaces that leave less count as this.
+const LEAST_SURFACE: f32 = 1e-3;
 
 fn index_at(bin: f32, material: u32) -> f32 {
     let lower = min(u32(bin), params.cells.bins - 1u);
     let row = (params.cells.first_optics + lower) * params.cells.materials + material;
     return mix(optics[row].index, optics[row + params.cells.materials].index, bin - f32(lower));
+}
+
+// What a material's surface lets through or throws back at a place in the spectrum.
+fn surface_at(bin: f32, material: u32) -> f32 {
+    let lower = min(u32(bin), params.cells.bins - 1u);
+    let row = (params.cells.first_optics + lower) * params.cells.materials + material;
+    return mix(optics[row].surface, optics[row + params.cells.materials].surface, bin - f32(lower));
 }
 
 // What landings are interpolated along from one wavelength to another, 0 to 1 within a range: the index of refraction, on which they
@@ -61,7 +72,9 @@ fn abscissa(cell: FootprintCell, material: u32, bin: f32) -> f32 {
 fn gather(emitted: Emitted, order: u32, face: u32) {
     let medium = landing_of(emitted, 0u, 0u, order).medium;
     for (var node = 0u; node < params.cells.nodes; node++) {
-        nodes_at[node] = abscissa(emitted.cell, medium, f32(node_bin(params.cells.nodes, node, emitted.cell)));
+        let bin = f32(node_bin(params.cells.nodes, node, emitted.cell));
+        nodes_at[node] = abscissa(emitted.cell, medium, bin);
+        surfaces[node] = max(surface_at(bin, medium), LEAST_SURFACE);
     }
     for (var path = 0u; path < 4u * params.cells.nodes; path++) {
         let corner = path / params.cells.nodes;

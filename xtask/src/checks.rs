@@ -63,10 +63,11 @@ impl Snapping {
         Bound { delta_e_mean: Some(16.0 * step), rms_64: Some(0.08 * step), total_y: Some(0.016 * step) }
     }
 
-    /// Largest mean FLIP of two pictures so many pixels across.
+    /// Largest mean FLIP of two pictures so many pixels across, whose emission views are `emission_size` texels across.
     #[must_use]
-    pub fn parity_flip(self, width: u32) -> f64 {
-        0.064 * self.texels * MEASURED_PICTURE_WIDTH / f64::from(width)
+    pub fn parity_flip(self, width: u32, emission_size: u32) -> f64 {
+        let step = self.texels * MEASURED_EMISSION_SIZE / f64::from(emission_size);
+        0.064 * step * MEASURED_PICTURE_WIDTH / f64::from(width)
     }
 }
 
@@ -168,8 +169,9 @@ mod tests {
         assert_eq!(delta_e(&coarse, &fine, 512), 1.0);
         assert_eq!(delta_e(&fine, &silent, 512), 1.0);
         assert_eq!(delta_e(&fine, &fine, 128), 0.25);
-        let flip = |width| Snapping::between(&fine, &fine).parity_flip(width);
-        assert_eq!((flip(320), flip(160)), (0.064 / 256.0, 0.128 / 256.0));
+        let flip = |width, size| Snapping::between(&fine, &fine).parity_flip(width, size);
+        let [measured, narrow, few] = [flip(320, 512), flip(160, 512), flip(320, 64)];
+        assert_eq!((measured, narrow, few), (0.064 / 256.0, 0.128 / 256.0, 0.512 / 256.0));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::rc::Rc;
 use std::sync::OnceLock;
 use std::time::Instant;
 
-use asm_core::{BakePlan, Method, Settings};
+use asm_core::BakePlan;
 use frame_plan::{DeviceInfo, Limits};
 use spectral_reference::{Bake, BakeSettings, Effort as Photons};
 use spectral_scene::IrradianceMaps;
@@ -47,6 +47,8 @@ struct Baked<'a> {
     maps: &'a IrradianceMaps,
     /// None for the oracle.
     device: Option<&'a DeviceInfo>,
+    /// Texels across its lights' views; 0 for the oracle.
+    emission_size: u32,
 }
 
 /// What was asked about two maps; equal questions have equal answers. Methods share their direct light, and executors on one
@@ -200,8 +202,15 @@ impl Comparison<'_> {
             let again = self.bake(&plan, alone, &name);
             maps.extend(again.map(|again| (id, alone.info.clone(), again)));
         }
-        let results: Vec<_> =
-            maps.iter().map(|(id, device, maps)| Baked { id, maps, device: Some(device) }).collect();
+        let results: Vec<_> = maps
+            .iter()
+            .map(|(id, device, maps)| Baked {
+                id,
+                maps,
+                device: Some(device),
+                emission_size: settings.emission_size,
+            })
+            .collect();
         for (i, a) in results.iter().enumerate() {
             for b in &results[i + 1..] {
                 let bound = parity(a, b);
@@ -211,7 +220,7 @@ impl Comparison<'_> {
         let convex = CONVEX_SCENES.contains(&self.subject.name.as_str());
         let mirrored = MIRROR_SCENES.contains(&self.subject.name.as_str()) && settings.wavelength_count() > 1;
         if let Some(oracle) = self.oracle.clone() {
-            let b = Baked { id: ORACLE, maps: &oracle.maps, device: None };
+            let b = oracle_baked(&oracle.maps);
             for a in &results {
                 self.check_layers(&name, a, &b, |layer| match layer {
                     Layer::Direct => Some(DIRECT),
@@ -347,7 +356,7 @@ impl Comparison<'_> {
 
     /// Everyone's pictures side by side, all light and then what has been in glass, with differences.
     fn show(&mut self, method: &str, results: &[Baked]) {
-        let oracle = self.oracle.as_ref().map(|bake| Baked { id: ORACLE, maps: &bake.maps, device: None });
+        let oracle = self.oracle.as_ref().map(|bake| oracle_baked(&bake.maps));
         let everyone: Vec<&Baked> = results.iter().chain(&oracle).collect();
         let Some(reference) = everyone.last() else { return };
         let size = size(reference.maps);
@@ -406,10 +415,14 @@ pub(super) fn contents(xyz: &[[f32; 3]]) -> u64 {
     hasher.finish()
 }
 
-/// What may lie between two executors' bakes with default settings; none if one is the oracle's.
+fn oracle_baked(maps: &IrradianceMaps) -> Baked<'_> {
+    Baked { id: ORACLE, maps, device: None, emission_size: 0 }
+}
+
+/// What may lie between two executors' bakes by one plan; none if one is the oracle's.
 fn parity(a: &Baked, b: &Baked) -> Option<Bound> {
     let snapping = Snapping::between(a.device?, b.device?);
-    Some(snapping.parity(Settings::of(Method::CausticsMap).emission_size))
+    Some(snapping.parity(a.emission_size))
 }
 
 /// What every executor can hold: parity means one plan for all. None if there is no executor.

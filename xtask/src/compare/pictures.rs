@@ -34,6 +34,8 @@ struct Made {
     id: &'static str,
     /// None for the oracle.
     device: Option<DeviceInfo>,
+    /// Texels across its lights' views; 0 for the oracle.
+    emission_size: u32,
     xyz: Vec<[f32; 3]>,
 }
 
@@ -82,7 +84,7 @@ impl Comparison<'_> {
         match OraclePicture::render(&self.subject.scene, &settings, &percent_on_terminal(ORACLE)) {
             Ok(OraclePicture { xyz, half }) => {
                 self.note(format!("{ORACLE}, picture: {:.1} s", start.elapsed().as_secs_f64()));
-                Some(Oracle { made: Made { id: ORACLE, device: None, xyz }, half })
+                Some(Oracle { made: Made { id: ORACLE, device: None, emission_size: 0, xyz }, half })
             }
             Err(error) => {
                 self.fail("", ORACLE, format!("picture: {error}"));
@@ -108,7 +110,8 @@ impl Comparison<'_> {
             let Some(executor) = contender.executor.as_deref_mut() else { continue };
             match executors::render(&plan, executor) {
                 Ok(xyz) => {
-                    made.push(Made { id: contender.entry.name, device: Some(contender.info.clone()), xyz })
+                    let (id, device) = (contender.entry.name, Some(contender.info.clone()));
+                    made.push(Made { id, device, emission_size: settings.emission_size, xyz });
                 }
                 Err(error) => contender.fail(format!("{} picture: {error}", self.subject.name)),
             }
@@ -119,7 +122,8 @@ impl Comparison<'_> {
     /// Parity is asserted; against the oracle the method's error is shown.
     fn check_pictures(&mut self, method: &str, a: &Made, b: &Made, noise: Option<f64>) {
         let snapping = a.device.as_ref().zip(b.device.as_ref()).map(|(a, b)| Snapping::between(a, b));
-        let bound = snapping.map(|snapping| snapping.parity_flip(self.effort.picture_size[0]));
+        let bound =
+            snapping.map(|snapping| snapping.parity_flip(self.effort.picture_size[0], a.emission_size));
         let answer = self.picture_answer(a, b, bound);
         let Answer { metrics, problems, controls, .. } = &*answer;
         let name = format!("{} {method} camera: {} against {}", self.subject.name, a.id, b.id);

@@ -160,6 +160,14 @@ struct Steps {
     bands: u32,
 }
 
+/// What a first surface's material does to each channel.
+struct Colour {
+    /// Per working unit.
+    absorptions: Vec3,
+    /// What its surface lets through or throws back.
+    surfaces: Vec3,
+}
+
 /// Some bins of a cell's light, by corner.
 struct LandedBand {
     /// Texels of the map.
@@ -202,14 +210,16 @@ impl Spread {
         (0..self.nodes).all(|node| TRIANGLES.into_iter().all(|t| turned * area(node, t) >= 2.0 * LEAST_AREA))
     }
 
-    /// Share of the flux of each channel that comes through at a corner, of a medium with these absorptions.
-    fn passes(&self, corner: usize, x: f32, absorptions: Vec3) -> Vec3 {
+    /// Share of the flux of each channel that comes through at a corner. What depends on the wavelength through the first surface's
+    /// material is not interpolated between nodes: that is taken off there, and put back here.
+    fn passes(&self, corner: usize, x: f32, colour: &Colour) -> Vec3 {
         let (mut part, mut inside) = (0.0, 0.0_f32);
         for (node, share) in self.weights(x).into_iter().enumerate() {
-            part += share * self.parts[corner][node];
+            part += share / self.surfaces[node] * self.parts[corner][node];
             inside += share * self.lengths[corner][node];
         }
-        part.clamp(0.0, 1.0) * (-absorptions * inside.max(0.0)).exp()
+        let passes = (part * colour.surfaces).clamp(Vec3::ZERO, Vec3::ONE);
+        passes * (-colour.absorptions * inside.max(0.0)).exp()
     }
 }
 
@@ -319,6 +329,12 @@ impl Inputs<'_> {
         Vec3::from_array(bins.map(at))
     }
 
+    /// At a place in the spectrum of each channel's own, as a bin.
+    fn colour(&self, bins: [f32; 3], material: u32) -> Colour {
+        let surfaces = bins.map(|bin| self.landings.surface_at(bin, material));
+        Colour { absorptions: self.absorptions(bins, material), surfaces: Vec3::from_array(surfaces) }
+    }
+
     fn absorption(&self, bin: u32, material: u32) -> f32 {
         let params = &self.params;
         let row = params.cells.first_optics + bin.min(params.cells.bins);
@@ -403,20 +419,22 @@ impl Inputs<'_> {
         for corner in 0..4 {
             landed.along += 0.25 * (spread.place_at(corner, to_x) - spread.place_at(corner, from_x));
         }
-        let absorbs = self.absorption(cell.first + cell.bins / 2, medium) > 0.0;
+        let middle = cell.first + cell.bins / 2;
+        let absorbs =
+            self.absorption(middle, medium) > 0.0 || self.landings.surface_at(middle as f32, medium) < 1.0;
         let parts = if absorbs { (ABSORBING_BANDS * bins / cell.bins).clamp(1, bins) } else { 1 };
         for part in 0..parts {
             let bin = bin + part * (bins / parts);
             let weight = self.weight_between(bin, bin + bins / parts, lit);
             let centroids = self.centroids(bin, bins / parts, lit);
-            let absorptions = self.absorptions(centroids, medium);
+            let colour = self.colour(centroids, medium);
             let x = abscissa(centroids[1]);
             let share = Vec3::from_array(std::array::from_fn(|c| match landed.weight[c] {
                 0 => 0.0,
                 all => weight[c] as f32 / all as f32,
             }));
             for (corner, passes) in landed.passes.iter_mut().enumerate() {
-                *passes += share * spread.passes(corner, x, absorptions);
+                *passes += share * spread.passes(corner, x, &colour);
             }
         }
         landed
@@ -472,12 +490,11 @@ impl Inputs<'_> {
             let [first_bin, end_bin] = [from_x, to_x].map(|x| self.bin_at(cell, medium, x).round() as u32);
             let first_bin = first_bin.min(cell.first + cell.bins - 1);
             let centroids = self.centroids(first_bin, (end_bin - first_bin).max(1), lit);
-            let absorptions = self.absorptions(centroids, medium);
+            let colour = self.colour(centroids, medium);
             let at: [Vec2; 4] = std::array::from_fn(|corner| spread.place_at(corner, middle_x));
             let moves: [Vec2; 4] =
                 std::array::from_fn(|corner| spread.place_at(corner, to_x) - spread.place_at(corner, from_x));
-            let passes: [Vec3; 4] =
-                std::array::from_fn(|corner| spread.passes(corner, middle_x, absorptions));
+            let passes: [Vec3; 4] = std::array::from_fn(|corner| spread.passes(corner, middle_x, &colour));
             for corners in TRIANGLES {
                 let [a, b, c] = corners.map(|corner| at[corner]);
                 let [pass_a, pass_b, pass_c] = corners.map(|corner| passes[corner]);

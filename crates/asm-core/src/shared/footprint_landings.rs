@@ -36,6 +36,8 @@ pub struct Spread {
     pub parts: [[f32; MOST_NODES]; 4],
     /// Inside the first glass, working units.
     pub lengths: [[f32; MOST_NODES]; 4],
+    /// What the first surface's material lets through or throws back, of nodes.
+    pub surfaces: [f32; MOST_NODES],
     /// Of nodes, see [`Landings::abscissa`].
     pub nodes_at: [f32; MOST_NODES],
     /// Number of them.
@@ -102,6 +104,9 @@ impl Curves {
     }
 }
 
+/// Surfaces that leave less count as this.
+const LEAST_SURFACE: f32 = 1e-3;
+
 /// The longer side of a box.
 pub fn longest(d: Vec2) -> f32 {
     d.abs().max_element()
@@ -159,6 +164,16 @@ impl Landings<'_> {
         a * (1.0 - share) + b * share
     }
 
+    /// What a material's surface lets through or throws back at a place in the spectrum.
+    pub fn surface_at(&self, bin: f32, material: u32) -> f32 {
+        let params = &self.params;
+        let lower = (bin as u32).min(params.bins - 1);
+        let row = ((params.first_optics + lower) * params.materials + material) as usize;
+        let (a, b) = (self.optics[row].surface, self.optics[row + params.materials as usize].surface);
+        let share = bin - lower as f32;
+        a * (1.0 - share) + b * share
+    }
+
     /// What landings are interpolated along from one wavelength to another, 0 to 1 within a range: the index of refraction, on
     /// which they depend nearly linearly whatever the glass; without dispersion place in the spectrum.
     pub fn abscissa(&self, cell: &FootprintCell, material: u32, bin: f32) -> f32 {
@@ -210,11 +225,14 @@ impl Landings<'_> {
             places: [[Vec2::ZERO; MOST_NODES]; 4],
             parts: [[0.0; MOST_NODES]; 4],
             lengths: [[0.0; MOST_NODES]; 4],
+            surfaces: [1.0; MOST_NODES],
             nodes_at: [0.0; MOST_NODES],
             nodes: nodes as usize,
         };
         for node in 0..nodes {
-            spread.nodes_at[node as usize] = self.abscissa(cell, medium, node_bin(nodes, node, cell) as f32);
+            let bin = node_bin(nodes, node, cell);
+            spread.nodes_at[node as usize] = self.abscissa(cell, medium, bin as f32);
+            spread.surfaces[node as usize] = self.surface_at(bin as f32, medium).max(LEAST_SURFACE);
         }
         for (corner, node) in self.paths() {
             let landing = self.landing(emitted, corner, node, order);
