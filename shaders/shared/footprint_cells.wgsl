@@ -59,8 +59,9 @@ const LANDED_SHIFT: u32 = 20u;
 // Stakes of a split, parts of a whole cell's flux, below this one are never worth it.
 const NEGLIGIBLE: u32 = 0x400000u; // WHOLE / 512
 
-// Nor are those below so many parts for each one that lands: a 43690th of all light that does.
-const NEGLIGIBLE_OF_LANDED: u32 = 24u;
+// Nor are those below so many parts, over the texels across the emission view, for each one that lands: with 128 an 87381st of all light
+// that does. There are as many more cells along an edge as there are texels across.
+const NEGLIGIBLE_OF_LANDED: u32 = 1536u;
 
 // Half octaves of a stake, from NEGLIGIBLE on.
 fn class_of(stake: u32) -> u32 {
@@ -107,8 +108,8 @@ fn emitted_cell(i: u32) -> Emitted {
 
 // No class below this one goes into the next queue: all from it on are worth it and fit together.
 fn least_class() -> u32 {
-    let landed = min(atomicLoad(&queues[LANDED]), 0xffffffffu / NEGLIGIBLE_OF_LANDED);
-    let least = 4u * class_of(landed * NEGLIGIBLE_OF_LANDED);
+    let negligible = max(NEGLIGIBLE_OF_LANDED / views[params.cells.emission_view].size.x, 1u);
+    let least = 4u * class_of(min(atomicLoad(&queues[LANDED]), 0xffffffffu / negligible) * negligible);
     var patches = 0u;
     for (var end = CLASSES; end > least; end--) {
         patches += atomicLoad(&queues[params.cells.next + QUEUE_HEAD + end - 1u]);

@@ -105,8 +105,9 @@ pub const QUEUES_HEAD: usize = LANDED + 1;
 /// Stakes of a split, parts of a whole cell's flux, below this one are never worth it.
 pub const NEGLIGIBLE: u32 = WHOLE / 512;
 
-/// Nor are those below so many parts for each one that lands: a 43690th of all light that does.
-const NEGLIGIBLE_OF_LANDED: u32 = 24;
+/// Nor are those below so many parts, over the texels across the emission view, for each one that lands: with 128 an 87381st of all
+/// light that does. There are as many more cells along an edge as there are texels across.
+const NEGLIGIBLE_OF_LANDED: u32 = 1536;
 
 /// Half octaves of a stake, from [`NEGLIGIBLE`] on.
 fn class_of(stake: u32) -> u32 {
@@ -187,7 +188,9 @@ impl Cells<'_> {
     }
 
     fn least_class(&self) -> u32 {
-        let least = 4 * class_of(self.load(LANDED as u32).saturating_mul(NEGLIGIBLE_OF_LANDED));
+        let texels = self.views[self.params.emission_view as usize].size.x;
+        let negligible = (NEGLIGIBLE_OF_LANDED / texels).max(1);
+        let least = 4 * class_of(self.load(LANDED as u32).saturating_mul(negligible));
         let mut patches = 0;
         for class in (least..CLASSES as u32).rev() {
             patches += self.load(self.params.next + QUEUE_HEAD as u32 + class);
