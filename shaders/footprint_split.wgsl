@@ -28,6 +28,9 @@ const MOST_TEXELS: f32 = 32.0;
 // Sides of cells that land on more texels are straight.
 const MOST_CURVED: f32 = 4.0;
 
+// Cells whose flux is further off than it is interpolated, as a share of what was emitted, are split.
+const MOST_FADING: f32 = 1.0 / 128.0;
+
 // Spectra that are longer, texels, are split in two: more nodes lie along them then.
 const MOST_ALONG: f32 = 24.0;
 
@@ -67,9 +70,14 @@ fn landed_of(emitted: Emitted) -> u32 {
     return landed;
 }
 
+// Halvings of a cell of the emission view, in space and along the spectrum.
+fn splits_of(cell: FootprintCell) -> u32 {
+    return cell.level.x + cell.level.y + firstLeadingBit(params.cells.bins / cell.bins);
+}
+
 // The most that a path of this order carries, as a part of a whole cell's flux: of those that land, and of all.
 fn stakes(emitted: Emitted, order: u32) -> vec2<u32> {
-    let splits = emitted.cell.level.x + emitted.cell.level.y;
+    let splits = splits_of(emitted.cell);
     var most = vec2<u32>(0u);
     for (var path = 0u; path < 4u * params.cells.nodes; path++) {
         let landing = landing_of(emitted, path / params.cells.nodes, path % params.cells.nodes, order);
@@ -105,12 +113,16 @@ fn split_of_cell(emitted: Emitted) -> Split {
             let extent = extent_of();
             let curves = curves_of(emitted, order);
             let bent = select(unevenness_of(curves), bend_of(curves), max(extent.across, extent.down) > MOST_CURVED);
+            let fading = fading_of(curves);
+            let fading_too = fading_along();
             if max(extent.across, extent.down) <= MOST_TEXELS && extent.along <= MOST_ALONG {
-                part = u32(f32(part) * min(max(bent.x, bent.y), 1.0));
+                let fades = f32(WHOLE) * max(max(fading.x, fading.y), fading_too);
+                let displaced = f32(part) * min(max(bent.x, bent.y), 1.0);
+                part = u32(max(displaced, fades / f32(1u << splits_of(cell))));
             }
-            own = select(0u, APART_IN_X, extent.across > MOST_TEXELS || bent.x > MOST_BEND)
-                | select(0u, APART_IN_Y, extent.down > MOST_TEXELS || bent.y > MOST_BEND)
-                | select(0u, BANDS_APART, extent.along > MOST_ALONG);
+            own = select(0u, APART_IN_X, extent.across > MOST_TEXELS || bent.x > MOST_BEND || fading.x > MOST_FADING)
+                | select(0u, APART_IN_Y, extent.down > MOST_TEXELS || bent.y > MOST_BEND || fading.y > MOST_FADING)
+                | select(0u, BANDS_APART, extent.along > MOST_ALONG || fading_too > MOST_FADING);
         }
         if own != TOGETHER && part >= NEGLIGIBLE {
             apart |= own;
@@ -120,7 +132,7 @@ fn split_of_cell(emitted: Emitted) -> Split {
     let in_space = APART_IN_X | APART_IN_Y;
     if (apart & in_space) == 0u && hides_detail(emitted) {
         apart |= in_space;
-        at_stake = max(at_stake, WHOLE >> (cell.level.x + cell.level.y));
+        at_stake = max(at_stake, WHOLE >> splits_of(cell));
     }
     // An edge along one side is worth more splits: they do not become more with every one.
     let most = select(params.most_edge_level, params.most_level, (apart & in_space) == in_space);
@@ -137,8 +149,9 @@ fn footprint_split(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
     if !emitted.exists || group.z > 0u {
         return;
     }
-    if params.cells.queue == NO_QUEUE {
+    if params.cells.next == NO_QUEUE {
         atomicAdd(&queues[LANDED], landed_of(emitted));
+        return;
     }
     let split = split_of_cell(emitted);
     let class_ = urgency(split.stake, emitted.cell.at);

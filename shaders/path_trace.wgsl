@@ -38,11 +38,32 @@ const NO_QUEUE: u32 = 0xffffffffu;
 @group(0) @binding(9) var<storage, read_write> bounds: array<atomic<u32>>;
 
 const WAY_LANDS: u32 = 3u;
+const WAY_BEYOND: u32 = 4u;
+
+// Along a ray, to where it leaves the box of all surfaces.
+fn leaves_at(ray: Ray) -> f32 {
+    let ahead = select(bvh[0].low, bvh[0].high, ray.direction > vec3<f32>(0.0));
+    let run = select(vec3<f32>(-1.0), vec3<f32>(1.0), ray.direction > vec3<f32>(0.0)) * max(abs(ray.direction), vec3<f32>(1e-12));
+    let along = (ahead - ray.origin) / run;
+    return min(along.x, min(along.y, along.z));
+}
+
+// Paths that go by the map on different sides of it do not belong together: those between them may land.
+fn way_beyond(way: u32, ray: Ray, distance: f32) -> u32 {
+    let view = views[params.landing_view];
+    let at = view_project(view, ray.origin + distance * ray.direction);
+    let before = vec2<u32>(at.texel < vec2<f32>(0.0));
+    let behind = vec2<u32>(at.texel >= vec2<f32>(view.size));
+    let sides = before.x + 2u * before.y + 4u * behind.x + 8u * behind.y + select(0u, 16u, at.z <= 0.0);
+    return (way ^ (8u * select(0u, sides, params.landing_faces == 1u) + WAY_BEYOND)) * 16777619u;
+}
 
 // Keeps an arrival, as the landing that footprints are made of.
 fn path_arrives(path: u32, order: u32, arrival: Arrival, length: f32, medium: u32) {
     var landing = PathLanding(vec2<f32>(0.0), length, arrival.part, arrival.way, arrival.end, 0u, medium);
-    if arrival.end == END_LANDED {
+    if arrival.end == END_ESCAPED {
+        landing.way = way_beyond(arrival.way, arrival.ray, leaves_at(arrival.ray));
+    } else if arrival.end == END_LANDED {
         landing.end = END_OUTSIDE_MAP;
         let at = locate_arrival(arrival.ray, arrival.met);
         if at.found {
@@ -52,6 +73,8 @@ fn path_arrives(path: u32, order: u32, arrival: Arrival, length: f32, medium: u3
             landing.way = (arrival.way ^ (8u * t.object + WAY_LANDS + side)) * 16777619u;
             landing.end = END_LANDED;
             landing.place = at.face | (t.material << 8u);
+        } else {
+            landing.way = way_beyond(arrival.way, arrival.ray, arrival.met.hit.distance);
         }
     }
     landings[path * params.orders + order] = landing;

@@ -27,6 +27,11 @@ struct PathEnds {
     kept_inside: u32,
 }
 
+// Share of the path's flux.
+fn share_of_flux(landing: PathLanding) -> f32 {
+    return f32(landing.part) / 2147483648.0;
+}
+
 // Light between the two lies between their landings.
 fn go_together(a: PathLanding, b: PathLanding) -> bool {
     return a.way == b.way && a.end == b.end && ((a.place ^ b.place) & 0xffu) == 0u;
@@ -40,10 +45,17 @@ struct FootprintCell {
 }
 
 // No range is split into shorter ones.
-const LEAST_BINS: u32 = 16u;
+const LEAST_BINS: u32 = 4u;
 
-// Nodes lie at these sixteenths of a range: about Chebyshev's points of 400 to 700 nm, where nearly all light is seen.
-fn node_sixteenth(nodes: u32, node: u32) -> u32 {
+// Bins of a spectrum that is split into wavelengths.
+const SPECTRUM_BINS: u32 = 256u;
+
+// Nodes lie at these sixteenths of a range: of all the spectrum about Chebyshev's points of 400 to 700 nm, where nearly all light is
+// seen; of a part of it from end to end, so that what changes between two parts does not go unseen.
+fn node_sixteenth(nodes: u32, node: u32, bins: u32) -> u32 {
+    if nodes > 1u && bins < SPECTRUM_BINS {
+        return (16u * node + node / 2u) / (nodes - 1u);
+    }
     switch nodes {
         case 1u: { return 5u; }
         case 2u: { return 3u + 8u * node; }
@@ -53,7 +65,7 @@ fn node_sixteenth(nodes: u32, node: u32) -> u32 {
 }
 
 fn node_bin(nodes: u32, node: u32, cell: FootprintCell) -> u32 {
-    return cell.first + cell.bins * node_sixteenth(nodes, node) / 16u;
+    return cell.first + cell.bins * node_sixteenth(nodes, node, cell.bins) / 16u;
 }
 
 // Bins of a range before those that node `node` stands for where nothing can be interpolated.
@@ -64,7 +76,7 @@ fn share_start(nodes: u32, node: u32, bins: u32) -> u32 {
     if node >= nodes {
         return bins;
     }
-    return bins * (node_sixteenth(nodes, node - 1u) + node_sixteenth(nodes, node)) / 32u;
+    return (bins * (node_sixteenth(nodes, node - 1u, bins) + node_sixteenth(nodes, node, bins)) + 16u) / 32u;
 }
 
 fn lagrange_factor(nodes: u32, at: vec4<f32>, own: u32, other: u32, x: f32) -> f32 {

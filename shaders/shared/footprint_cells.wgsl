@@ -12,14 +12,14 @@ struct FootprintCells {
     materials: u32,    // row length of `optics`; rows of `bands` have one more, the light itself
     first_optics: u32, // row of this light
     bins: u32,         // of the whole spectrum
-    queue: u32,        // first word in `queues`; NO_QUEUE: cells lie between the texel centres of the emission view
+    queue: u32,        // first word in `queues`; NO_QUEUE: cells lie between the texel centres of the emission view, in a tile of it
     first_place: u32,  // of the queued patches
     splits: u32,       // first word of what the cells are split into, in `queues`
-    next: u32,         // first word of the queue that splits go to; NO_QUEUE: none are made
+    next: u32,         // first word of the queue that splits go to; NO_QUEUE: none are made, and what lands is added up instead
     capacity: u32,     // of that queue, patches
     max_groups: u32,   // of the device, per dimension
-    reserved0: u32,
-    reserved1: u32,
+    tile: u32,         // its first cell, where they lie in the emission view: x, y << 16
+    tile_side: u32,    // cells
 }
 
 const NO_QUEUE: u32 = 0xffffffffu;
@@ -82,15 +82,17 @@ fn queued_patch(slot: u32) -> Patch {
     return patch_from_words(vec3<u32>(atomicLoad(&queues[word]), atomicLoad(&queues[word + 1u]), atomicLoad(&queues[word + 2u])));
 }
 
-// Cell `i` of the emission view, or of all that the patches of the queue may have.
+// Cell `i` of the tile, or of all that the patches of the queue may have.
 fn emitted_cell(i: u32) -> Emitted {
     let cells = params.cells;
     let none = FootprintCell(vec2<u32>(0u), vec2<u32>(0u), 0u, cells.bins);
     if cells.queue == NO_QUEUE {
         let size = views[cells.emission_view].size;
-        let at = vec2<u32>(i % (size.x - 1u), i / (size.x - 1u));
+        let first = vec2<u32>(cells.tile & 0xffffu, cells.tile >> 16u);
+        let tile = min(vec2<u32>(cells.tile_side), size - 1u - first);
+        let at = first + vec2<u32>(i % tile.x, i / tile.x);
         let cell = FootprintCell(at, vec2<u32>(0u), 0u, cells.bins);
-        return Emitted(at.y < size.y - 1u, cell, at.y * size.x + at.x, 1u, size.x, at, size - 2u - at);
+        return Emitted(at.y < first.y + tile.y, cell, at.y * size.x + at.x, 1u, size.x, at, size - 2u - at);
     }
     let slot = i / PATCH_CELLS;
     let child = i % PATCH_CELLS;

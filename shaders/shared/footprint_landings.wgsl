@@ -45,17 +45,18 @@ var<private> surfaces: vec4<f32>; // what the first surface's material lets thro
 // Surfaces that leave less count as this.
 const LEAST_SURFACE: f32 = 1e-3;
 
-fn index_at(bin: f32, material: u32) -> f32 {
+// Of a material at a place in the spectrum, as a bin.
+fn optics_at(bin: f32, material: u32) -> Optics {
     let lower = min(u32(bin), params.cells.bins - 1u);
     let row = (params.cells.first_optics + lower) * params.cells.materials + material;
-    return mix(optics[row].index, optics[row + params.cells.materials].index, bin - f32(lower));
+    let a = optics[row];
+    let b = optics[row + params.cells.materials];
+    let share = bin - f32(lower);
+    return Optics(mix(a.index, b.index, share), mix(a.absorption, b.absorption, share), mix(a.surface, b.surface, share), 0.0);
 }
 
-// What a material's surface lets through or throws back at a place in the spectrum.
-fn surface_at(bin: f32, material: u32) -> f32 {
-    let lower = min(u32(bin), params.cells.bins - 1u);
-    let row = (params.cells.first_optics + lower) * params.cells.materials + material;
-    return mix(optics[row].surface, optics[row + params.cells.materials].surface, bin - f32(lower));
+fn index_at(bin: f32, material: u32) -> f32 {
+    return optics_at(bin, material).index;
 }
 
 // What landings are interpolated along from one wavelength to another, 0 to 1 within a range: the index of refraction, on which they
@@ -69,19 +70,38 @@ fn abscissa(cell: FootprintCell, material: u32, bin: f32) -> f32 {
     return (index_at(bin, material) - start) / span;
 }
 
+// A step of Newton's towards the bin of an abscissa.
+fn nearer_bin(cell: FootprintCell, material: u32, start: f32, span: f32, x: f32, bin: f32) -> f32 {
+    let last = f32(cell.first + cell.bins - 1u);
+    let own = index_at(bin, material);
+    let slope = index_at(min(bin, last) + 1.0, material) - index_at(min(bin, last), material);
+    return clamp(bin + (start + x * span - own) / slope, f32(cell.first), last + 1.0);
+}
+
+// The place in the spectrum, as a bin, of an abscissa of a cell's range. Two steps: the index is nearly linear.
+fn bin_at(cell: FootprintCell, material: u32, x: f32) -> f32 {
+    let start = index_at(f32(cell.first), material);
+    let span = index_at(f32(cell.first + cell.bins), material) - start;
+    let bin = f32(cell.first) + x * f32(cell.bins);
+    if abs(span) < 1e-6 {
+        return bin;
+    }
+    return nearer_bin(cell, material, start, span, x, nearer_bin(cell, material, start, span, x, bin));
+}
+
 fn gather(emitted: Emitted, order: u32, face: u32) {
     let medium = landing_of(emitted, 0u, 0u, order).medium;
     for (var node = 0u; node < params.cells.nodes; node++) {
         let bin = f32(node_bin(params.cells.nodes, node, emitted.cell));
         nodes_at[node] = abscissa(emitted.cell, medium, bin);
-        surfaces[node] = max(surface_at(bin, medium), LEAST_SURFACE);
+        surfaces[node] = max(optics_at(bin, medium).surface, LEAST_SURFACE);
     }
     for (var path = 0u; path < 4u * params.cells.nodes; path++) {
         let corner = path / params.cells.nodes;
         let node = path % params.cells.nodes;
         let landing = landing_of(emitted, corner, node, order);
         places[corner * MOST_NODES + node] = map_texel(face, landing.texel);
-        parts[corner * MOST_NODES + node] = f32(landing.part) / 2147483648.0;
+        parts[corner * MOST_NODES + node] = share_of_flux(landing);
         lengths[corner * MOST_NODES + node] = landing.length;
     }
 }
@@ -124,6 +144,7 @@ fn extent_of() -> Extent {
 struct Curve {
     second: vec2<f32>, // difference, texels
     third: f32,        // how much that changes along the side, the larger part
+    fades: f32,        // second difference of the share of the flux that a path leaves here
 }
 
 // All sides of a cell. Neighbours have the side between them in common.
@@ -146,25 +167,27 @@ const LEFT_OUT: f32 = 1.0 / 64.0;
 
 struct Difference {
     known: bool,
-    second: vec2<f32>,
+    second: vec2<f32>, // texels
+    fades: f32,        // of the share of the flux
 }
 
-// Second difference of three landings in a row, texels; not known where they do not belong together.
+// Of three landings in a row; not known where they do not belong together.
 fn second_difference(first: u32, step: u32, order: u32) -> Difference {
     let cells = params.cells;
     let a = landings[(first * cells.nodes + cells.nodes / 2u) * cells.orders + order];
     let b = landings[((first + step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
     let c = landings[((first + 2u * step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
     if !go_together(a, b) || !go_together(b, c) {
-        return Difference(false, vec2<f32>(0.0));
+        return Difference(false, vec2<f32>(0.0), 0.0);
     }
     let face = a.place & 0xffu;
-    return Difference(true, map_texel(face, a.texel) - 2.0 * map_texel(face, b.texel) + map_texel(face, c.texel));
+    let second = map_texel(face, a.texel) - 2.0 * map_texel(face, b.texel) + map_texel(face, c.texel);
+    return Difference(true, second, abs(share_of_flux(a) - 2.0 * share_of_flux(b) + share_of_flux(c)));
 }
 
 // Of the side of a cell between two corners, as the ones before and behind them tell.
 fn curve_of(first: u32, step: u32, before: u32, behind: u32, order: u32) -> Curve {
-    var a = Difference(false, vec2<f32>(0.0));
+    var a = Difference(false, vec2<f32>(0.0), 0.0);
     var b = a;
     if before > 0u {
         a = second_difference(first - step, step, order);
@@ -173,10 +196,10 @@ fn curve_of(first: u32, step: u32, before: u32, behind: u32, order: u32) -> Curv
         b = second_difference(first, step, order);
     }
     if a.known && b.known {
-        return Curve(0.5 * (a.second + b.second), longest(b.second - a.second));
+        return Curve(0.5 * (a.second + b.second), longest(b.second - a.second), max(a.fades, b.fades));
     }
     let one = a.second + b.second;
-    return Curve(one, ONE_SIDED * longest(one));
+    return Curve(one, ONE_SIDED * longest(one), a.fades + b.fades);
 }
 
 fn curves_of(emitted: Emitted, order: u32) -> Curves {
@@ -200,6 +223,27 @@ fn bend_of(curves: Curves) -> vec2<f32> {
 // How far they may lie from the curves that they are taken for, texels.
 fn unevenness_of(curves: Curves) -> vec2<f32> {
     return LEFT_OUT * vec2<f32>(max(curves.upper.third, curves.lower.third), max(curves.left.third, curves.right.third));
+}
+
+// How much flux, as a share of the path's, may be more or less than is interpolated.
+fn fading_of(curves: Curves) -> vec2<f32> {
+    return vec2<f32>(max(curves.upper.fades, curves.lower.fades), max(curves.left.fades, curves.right.fades)) / 8.0;
+}
+
+// As fading_of, from one node to the next, beside what the first surface's material does.
+fn fading_along() -> f32 {
+    let nodes = params.cells.nodes;
+    var most = 0.0;
+    if nodes >= 3u {
+        for (var corner = 0u; corner < 4u; corner++) {
+            let first = corner * MOST_NODES;
+            let a = parts[first] / surfaces.x;
+            let b = parts[first + nodes / 2u] / surfaces[nodes / 2u];
+            let c = parts[first + nodes - 1u] / surfaces[nodes - 1u];
+            most = max(most, abs(a - 2.0 * b + c));
+        }
+    }
+    return most / 8.0;
 }
 
 // Beyond the plane through the corners.

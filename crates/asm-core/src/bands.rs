@@ -7,7 +7,7 @@ use spectral_core::upsample::SmoothSpectrum;
 use spectral_core::wavelengths::WavelengthSet;
 use spectral_scene::{Effects, Light, Material, Scene};
 
-use crate::passes::footprint_splat::RunningBand;
+use crate::shared::footprint_light::RunningBand;
 
 use crate::shared::flux::WHOLE;
 use crate::shared::footprint::{FootprintCell, SPECTRUM_BINS, node_bin, share_start};

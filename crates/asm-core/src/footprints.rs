@@ -19,6 +19,7 @@ use crate::shared::footprint::{
     LEAST_BINS, PATCH_CELLS, PATCH_PLACES, PATCH_ROW, PATCH_WORDS, PATCHES_HEAD, PathEnds, PathLanding,
 };
 use crate::shared::footprint_cells::{CELLS_PER_GROUP, FootprintCells, NO_QUEUE, QUEUES_HEAD, WORK_WORDS};
+use crate::shared::footprint_light::FootprintLight;
 use crate::shared::light_path::MOST_ASIDES;
 use crate::shared::photon_queue::{QUEUE_GROUPS, queue_groups};
 use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS};
@@ -40,12 +41,19 @@ const MOST_CELLS: u32 = 1 << 16;
 /// Patches that a queue holds.
 const CAPACITY: u32 = 4096;
 
+/// Cells of the emission view, squared, for each tile along a side of it. Every tile has queues of its own, so that memory does not
+/// grow with what has to be split, which does with the cells. Every tile takes dispatches of its own, too: one does for 64 x 64 cells.
+const CELLS_PER_TILE: u32 = 64 * 128;
+
+/// Most tiles along a side.
+const MOST_TILES: u32 = 8;
+
 /// Resources of footprints, which lights use in turn.
 pub(crate) struct Footprints {
     bvh: ResourceId,
-    /// Queues of patches, one per round, and what cells are split into.
+    /// Queues of patches, tile x round, and what cells are split into.
     queues: ResourceId,
-    /// Of the dispatches over them, one per round.
+    /// Of the dispatches over them, tile x round.
     arguments: ResourceId,
     landings: ResourceId,
     ends: ResourceId,
@@ -53,6 +61,8 @@ pub(crate) struct Footprints {
     pub(crate) work: ResourceId,
     /// Places of the emission view.
     texels: u32,
+    tile_side: u32,
+    tiles_across: u32,
     rounds: u32,
     /// Landings of a path.
     orders: u32,
@@ -80,19 +90,19 @@ impl Footprints {
         // A round needs its own corners and its parents'.
         let places = u64::from(texels) + 2 * u64::from(PATCH_PLACES * CAPACITY);
         let paths = places * nodes;
-        let splits = u64::from(texels.max(PATCH_CELLS * CAPACITY));
-        let words = QUEUES_HEAD as u64 + u64::from(rounds) * QUEUE_WORDS + splits;
+        let cells = settings.emission_size - 1;
+        let tiles_across = cells.pow(2).div_ceil(CELLS_PER_TILE).clamp(1, MOST_TILES);
+        let tile_side = cells.div_ceil(tiles_across);
+        let splits = u64::from(tile_side.pow(2).max(PATCH_CELLS * CAPACITY));
+        let queues = u64::from(tiles_across.pow(2) * rounds);
+        let words = QUEUES_HEAD as u64 + queues * QUEUE_WORDS + splits;
         let remedy = "emission_size";
         let work = resources.buffer("footprint work", WORK_ROW_BYTES * 2 * setups.len() as u64, "lights")?;
         resources.make_readable(work);
         Ok(Some(Self {
             bvh,
             queues: resources.buffer("cell queues", 4 * words, remedy)?,
-            arguments: resources.buffer(
-                "cell dispatches",
-                ARGUMENTS_BYTES * u64::from(rounds.max(1)),
-                "cell_splits",
-            )?,
+            arguments: resources.buffer("cell dispatches", ARGUMENTS_BYTES * queues.max(1), remedy)?,
             landings: resources.buffer(
                 "path landings",
                 size_of::<PathLanding>() as u64 * paths * u64::from(orders),
@@ -101,6 +111,8 @@ impl Footprints {
             ends: resources.buffer("path ends", size_of::<PathEnds>() as u64 * paths, remedy)?,
             work,
             texels,
+            tile_side,
+            tiles_across,
             rounds,
             orders,
             asides,
@@ -122,25 +134,23 @@ impl Footprints {
         WorkBooks { first_row: 2 * i as u32, rows: 2, nodes, bins, uniform }
     }
 
-    /// First word of a round's queue; none behind the last.
-    fn queue(&self, round: u32) -> u32 {
-        if round < self.rounds { self.words_before(round) } else { NO_QUEUE }
+    fn tiles(&self) -> u32 {
+        self.tiles_across.pow(2)
     }
 
-    /// Words of `queues` before those of a round, or before what cells are split into.
-    fn words_before(&self, round: u32) -> u32 {
-        QUEUES_HEAD as u32 + round * QUEUE_WORDS as u32
+    /// First word of a round's queue; none behind the last.
+    fn queue(&self, tile: u32, round: u32) -> u32 {
+        if round < self.rounds { self.words_before(tile * self.rounds + round) } else { NO_QUEUE }
+    }
+
+    /// Words of `queues` before one of them, or before what cells are split into.
+    fn words_before(&self, queue: u32) -> u32 {
+        QUEUES_HEAD as u32 + queue * QUEUE_WORDS as u32
     }
 
     /// First place of a round's patches: their parents' are still there.
     fn first_place(&self, round: u32) -> u32 {
         self.texels + round % 2 * PATCH_PLACES * CAPACITY
-    }
-
-    /// `cells` of the emission view as those of a round.
-    fn of_round(&self, cells: FootprintCells, round: u32) -> FootprintCells {
-        let (queue, next) = (self.queue(round), self.queue(round + 1));
-        FootprintCells { queue, first_place: self.first_place(round), next, ..cells }
     }
 }
 
@@ -156,18 +166,34 @@ struct OverCells {
 }
 
 impl OverCells {
-    /// As those of a round.
-    fn of_round(&self, footprints: &Footprints, round: u32) -> Self {
-        let cells = footprints.of_round(self.splat.cells, round);
+    fn with(&self, cells: FootprintCells) -> Self {
+        Self {
+            split: FootprintSplit { cells, ..self.split },
+            splat: FootprintSplat { cells, ..self.splat },
+            ..*self
+        }
+    }
+
+    /// As those of the cells of a tile.
+    fn of_tile(&self, footprints: &Footprints, tile: u32) -> Self {
+        let across = footprints.tiles_across;
+        let first = [tile % across, tile / across].map(|number| number * footprints.tile_side);
+        let (next, tile) = (footprints.queue(tile, 0), first[0] | first[1] << 16);
+        self.with(FootprintCells { next, tile, tile_side: footprints.tile_side, ..self.splat.cells })
+    }
+
+    /// As those of what these cells are split into.
+    fn of_round(&self, footprints: &Footprints, tile: u32, round: u32) -> Self {
+        let (queue, next) = (footprints.queue(tile, round), footprints.queue(tile, round + 1));
+        let first_place = footprints.first_place(round);
         let trace = PathTrace {
-            queue: cells.queue,
-            first_place: cells.first_place,
+            queue,
+            first_place,
             parent_row: if round == 0 { self.trace.parent_row } else { PATCH_ROW },
             keeps_bounds: 0,
             ..self.trace
         };
-        let split = FootprintSplit { cells, ..self.split };
-        Self { trace, split, splat: FootprintSplat { cells, ..self.splat } }
+        Self { trace, ..self.with(FootprintCells { queue, first_place, next, ..self.splat.cells }) }
     }
 }
 
@@ -219,12 +245,12 @@ impl Caustics<'_> {
             bins: setup.bands.bins(),
             queue: NO_QUEUE,
             first_place: 0,
-            splits: footprints.words_before(footprints.rounds),
-            next: footprints.queue(0),
+            splits: footprints.words_before(footprints.tiles() * footprints.rounds),
+            next: NO_QUEUE,
             capacity: CAPACITY,
             max_groups: self.resources.max_groups(),
-            reserved0: 0,
-            reserved1: 0,
+            tile: 0,
+            tile_side: self.settings.emission_size,
         };
         let deepest = (MOST_CELLS / self.settings.emission_size).ilog2();
         let split = FootprintSplit {
@@ -240,12 +266,14 @@ impl Caustics<'_> {
         };
         let splat = FootprintSplat {
             cells,
-            first_band: setup.first_band,
-            first_ledger: setup.first_ledger,
-            spot_scale: setup.spot_scale,
-            reserved0: 0,
-            spot_axis: setup.spot_axis,
-            spot_offset: setup.spot_offset,
+            light: FootprintLight {
+                spot_axis: setup.spot_axis,
+                spot_scale: setup.spot_scale,
+                spot_offset: setup.spot_offset,
+                first_band: setup.first_band,
+                first_ledger: setup.first_ledger,
+                reserved0: 0,
+            },
         };
         let over = OverCells { trace, split, splat };
         let through = setup.bands.largest * texel_extent(&emission) / f64::from(QUANTUM);
@@ -295,7 +323,8 @@ impl Caustics<'_> {
                 end_caster: if mirrors { self.geometry.opaque } else { split.end_caster },
                 ..split
             };
-            let splat = FootprintSplat { cells, first_ledger: reflected_ledger, ..splat };
+            let light = FootprintLight { first_ledger: reflected_ledger, ..splat.light };
+            let splat = FootprintSplat { cells, light };
             let over = OverCells { trace, split, splat };
             let resolve = MapResolve { view: landing_view, first_texel: first_reflected, ..resolve };
             let label = format!("{label}, reflected");
@@ -370,16 +399,16 @@ impl Caustics<'_> {
             self.fit_views(bounds, label, views, DVec2::splat(self.most_zoom), map_size.x as f32);
         }
         self.resources.plan.steps.push(Step::ClearBuffer { buffer: map_buffer });
-        let groups = queue_groups(cells, CELLS_PER_GROUP, 1, max_groups);
-        if footprints.rounds > 0 {
+        if footprints.rounds == 0 {
+            let groups = queue_groups(cells, CELLS_PER_GROUP, splat.cells.orders, max_groups);
+            self.dispatch("footprint_splat", label, &splat, splat_bindings.to_vec(), groups);
+        } else {
+            let groups = queue_groups(cells, CELLS_PER_GROUP, 1, max_groups);
             self.dispatch("footprint_split", label, &split, split_bindings.to_vec(), groups);
-            let queue = FootprintQueue { cells: splat.cells };
-            self.dispatch("footprint_queue", label, &queue, queue_bindings.to_vec(), groups);
+            let bindings: [&[Bound]; 4] =
+                [&trace_bindings, &split_bindings, &queue_bindings, &splat_bindings];
+            self.lay_tiles(footprints, label, over, bindings);
         }
-        let groups = queue_groups(cells, CELLS_PER_GROUP, splat.cells.orders, max_groups);
-        self.dispatch("footprint_splat", label, &splat, splat_bindings.to_vec(), groups);
-        let bindings: [&[Bound]; 4] = [&trace_bindings, &split_bindings, &queue_bindings, &splat_bindings];
-        self.split_cells(footprints, label, over, bindings);
         self.dispatch("map_resolve", label, &resolve, resolve_bindings.to_vec(), resolve_groups);
         Ok(())
     }
@@ -395,24 +424,31 @@ impl Caustics<'_> {
         });
     }
 
-    /// Rounds over the queues of patches.
-    fn split_cells(
+    /// The cells of each tile, and rounds over the queues of patches that these are split into.
+    fn lay_tiles(
         &mut self,
         footprints: &Footprints,
         label: &str,
         over: OverCells,
         [trace_bindings, split_bindings, queue_bindings, splat_bindings]: [&[Bound]; 4],
     ) {
-        if footprints.rounds == 0 {
-            return;
-        }
-        let rounds: Vec<_> = (0..footprints.rounds).map(|round| over.of_round(footprints, round)).collect();
+        let max_groups = self.resources.max_groups();
+        let cells = footprints.tile_side.min(self.settings.emission_size - 1).pow(2);
+        let [split_groups, splat_groups] =
+            [1, over.splat.cells.orders].map(|deep| queue_groups(cells, CELLS_PER_GROUP, deep, max_groups));
+        let each: Vec<_> = (0..footprints.tiles())
+            .flat_map(|tile| {
+                let over = over.of_tile(footprints, tile);
+                let rounds = (0..footprints.rounds).map(move |round| over.of_round(footprints, tile, round));
+                std::iter::once(over).chain(rounds)
+            })
+            .collect();
         let plan = &mut self.resources.plan;
-        let label = format!("{label}, split");
-        let traces: Vec<_> = rounds.iter().map(|round| round.trace).collect();
-        let splits: Vec<_> = rounds.iter().map(|round| round.split).collect();
+        let label = format!("{label}, tiles");
+        let traces: Vec<_> = each.iter().map(|over| over.trace).collect();
+        let splits: Vec<_> = each.iter().map(|over| over.split).collect();
         let queues: Vec<_> = splits.iter().map(|split| FootprintQueue { cells: split.cells }).collect();
-        let splats: Vec<_> = rounds.iter().map(|round| round.splat).collect();
+        let splats: Vec<_> = each.iter().map(|over| over.splat).collect();
         let traces = plan.add_params_per_iteration(format!("path_trace: {label}"), &traces);
         let splits = plan.add_params_per_iteration(format!("footprint_split: {label}"), &splits);
         let queues = plan.add_params_per_iteration(format!("footprint_queue: {label}"), &queues);
@@ -423,27 +459,34 @@ impl Caustics<'_> {
             params: Some(params),
             bindings: bindings.to_vec(),
         };
-        let iterations = (0..footprints.rounds).map(|round| {
-            let offset_bytes = ARGUMENTS_BYTES * u64::from(round);
-            // A pass cannot take its own arguments from a buffer that it writes.
-            let arguments = Step::CopyBuffer {
-                source: footprints.queues,
-                source_offset_bytes: 4 * (u64::from(footprints.queue(round)) + QUEUE_GROUPS as u64),
-                target: footprints.arguments,
-                target_offset_bytes: offset_bytes,
-                size_bytes: ARGUMENTS_BYTES,
+        let (mut iterations, mut queues_before) = (Vec::new(), 0);
+        for over in &each {
+            let queue = over.splat.cells.queue;
+            let offset_bytes = ARGUMENTS_BYTES * queues_before;
+            let over_cells = |pass, groups| match queue {
+                NO_QUEUE => Step::Dispatch { pass, groups },
+                _ => Step::DispatchIndirect { pass, arguments: footprints.arguments, offset_bytes },
             };
-            let over_queue =
-                |pass| Step::DispatchIndirect { pass, arguments: footprints.arguments, offset_bytes };
-            let mut steps = vec![arguments, over_queue(pass("path_trace", traces, trace_bindings))];
-            if round + 1 < footprints.rounds {
-                steps.push(over_queue(pass("footprint_split", splits, split_bindings)));
-                steps.push(over_queue(pass("footprint_queue", queues, queue_bindings)));
+            let mut steps = Vec::new();
+            if queue != NO_QUEUE {
+                queues_before += 1;
+                // A pass cannot take its own arguments from a buffer that it writes.
+                steps.push(Step::CopyBuffer {
+                    source: footprints.queues,
+                    source_offset_bytes: 4 * (u64::from(queue) + QUEUE_GROUPS as u64),
+                    target: footprints.arguments,
+                    target_offset_bytes: offset_bytes,
+                    size_bytes: ARGUMENTS_BYTES,
+                });
+                steps.push(over_cells(pass("path_trace", traces, trace_bindings), split_groups));
             }
-            steps.push(over_queue(pass("footprint_splat", splats, splat_bindings)));
-            steps
-        });
-        let iterations = iterations.collect();
+            if over.splat.cells.next != NO_QUEUE {
+                steps.push(over_cells(pass("footprint_split", splits, split_bindings), split_groups));
+                steps.push(over_cells(pass("footprint_queue", queues, queue_bindings), split_groups));
+            }
+            steps.push(over_cells(pass("footprint_splat", splats, splat_bindings), splat_groups));
+            iterations.push(steps);
+        }
         plan.steps.push(Step::Repeat { label: format!("footprints ({label})"), iterations });
     }
 }

@@ -5,7 +5,7 @@ use asm_core::display::{DISPLAY_WGSL, DisplayParams};
 use asm_core::passes::coverage_mip::{COVERAGE_MIP, CoverageMip};
 use asm_core::passes::deferred_refraction::{DEFERRED_REFRACTION, DeferredRefraction, ViewBand};
 use asm_core::passes::footprint_queue::{FOOTPRINT_QUEUE, FootprintQueue};
-use asm_core::passes::footprint_splat::{FOOTPRINT_SPLAT, FootprintSplat, RunningBand};
+use asm_core::passes::footprint_splat::{FOOTPRINT_SPLAT, FootprintSplat};
 use asm_core::passes::footprint_split::{FOOTPRINT_SPLIT, FootprintSplit};
 use asm_core::passes::gap_fill::{GAP_FILL, GapFill};
 use asm_core::passes::gap_mask::{GAP_MASK, GapMask};
@@ -23,6 +23,7 @@ use asm_core::passes::visibility::{VISIBILITY, Visibility};
 use asm_core::shared::bvh::BvhNode;
 use asm_core::shared::footprint::{PathEnds, PathLanding};
 use asm_core::shared::footprint_cells::FootprintCells;
+use asm_core::shared::footprint_light::{FootprintLight, RunningBand};
 use asm_core::shared::irradiance::Light;
 use asm_core::shared::optics::Optics;
 use asm_core::shared::photons::{Band, Photons};
@@ -115,15 +116,16 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             &FOOTPRINT_QUEUE,
             layout!(FootprintCells as "FootprintCells" {
                 emission_view, landing_view, map_view, nodes, orders, materials, first_optics, bins, queue,
-                first_place, splits, next, capacity, max_groups, reserved0, reserved1,
+                first_place, splits, next, capacity, max_groups, tile, tile_side,
             }),
         ),
         (
             &FOOTPRINT_SPLAT,
-            layout!(FootprintSplat as "FootprintSplat" {
-                cells, first_band, first_ledger, spot_scale, reserved0, spot_axis, spot_offset,
+            layout!(FootprintLight as "FootprintLight" {
+                spot_axis, spot_scale, spot_offset, first_band, first_ledger, reserved0,
             }),
         ),
+        (&FOOTPRINT_SPLAT, layout!(FootprintSplat as "FootprintSplat" { cells, light })),
         (&FOOTPRINT_SPLAT, layout!(RunningBand as "RunningBand" { weight, reserved0, moment, reserved1 })),
         (&FOOTPRINT_SPLAT, path_landing()),
         (&COVERAGE_MIP, layout!(CoverageMip as "CoverageMip" { level, casters, size })),

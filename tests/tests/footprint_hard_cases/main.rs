@@ -5,6 +5,7 @@
 mod answer;
 mod contacts;
 mod folds;
+mod maps;
 mod prisms;
 mod solids;
 #[path = "../../../crates/asm-core/tests/caustics/stage.rs"]

@@ -3,7 +3,7 @@
 use asm_core::{Method, Settings};
 use glam::DVec3;
 use spectral_core::dispersion::Dispersion;
-use spectral_scene::{Material, Scene};
+use spectral_scene::{LightShape, Material, Scene};
 
 use crate::answer::{Answer, Most, footprints, light_of, same_on_every_executor};
 use crate::solids::*;
@@ -81,4 +81,50 @@ fn two_prisms_that_undo_each_other_give_white_again() {
         assert!((own[c] / own[1] / (wanted[c] / wanted[1]) - 1.0).abs() < 3e-3, "{own:?}, {wanted:?}");
         assert!((own[c] / own[1] / D65[c] - 1.0).abs() < 0.03, "{own:?}");
     }
+}
+
+/// Incidence on the upper face, between the critical angles of 400 and 700 nm.
+const CRITICAL_DEG: f64 = 33.6;
+
+/// Light of a near lamp meets the upper face of a prism at about its critical angle. What is thrown back goes straight down, to the
+/// middle of the floor; what passes grazes that face and comes down far beside it.
+fn critical(glass: Material, side: f32, middle: f64) -> Scene {
+    let mut scene = floor_at("critical", side, DVec3::X * middle);
+    // Isosceles: light along the axis comes through one leg and leaves by the other, which is level, both at right angles.
+    let (sin, cos) = (2.0 * CRITICAL_DEG.to_radians()).sin_cos();
+    let [right, left] = [DVec3::X * 0.12, DVec3::new(-cos, sin, 0.0) * 0.12];
+    let corners = [DVec3::ZERO, right, left].map(|corner| [corner.x, corner.y]);
+    let at = DVec3::Y * 0.16;
+    place(&mut scene, "prism", drawn_out(&corners, 0.1), glass, at);
+    let position_m = at + 0.5 * (left + right) - 0.4 * DVec3::new(sin, cos, 0.0);
+    scene.lights.push(light(LightShape::Point { position_m, range_m: None }, 1.0));
+    scene
+}
+
+fn dense_flint() -> Material {
+    Material::glass("N-SF11", Dispersion::from_khr(1.7847, 20.0 / 25.7).unwrap())
+}
+
+#[test]
+fn the_edge_of_total_reflection_has_the_oracle_s_colours() {
+    let of = |glass| critical(glass, 0.14, 0.04);
+    let scene = of(dense_flint());
+    let answer = Answer::of(&scene, 1 << 23);
+    let settings = footprints(64);
+    let most = Most { rms: 0.025, delta_e: 1.6, total_y: 0.003 };
+    let without = light_of(&of(crate::stage::glass(1.7847)), &settings);
+    answer.tells("critical", &light_of(&scene, &settings), &without, most);
+    same_on_every_executor("critical", &scene, &settings);
+}
+
+#[test]
+fn what_grazes_the_face_of_total_reflection_is_all_there() {
+    let of = |glass| critical(glass, 0.5, 0.2);
+    let scene = of(dense_flint());
+    let answer = Answer::of(&scene, 1 << 21);
+    let settings = footprints(64);
+    // It is a hundredth of the light, spread wide, and lands in lumps: that is where the colours are off.
+    let most = Most { rms: 0.02, delta_e: 4.5, total_y: 0.005 };
+    let without = light_of(&of(crate::stage::glass(1.7847)), &settings);
+    answer.tells("grazing", &light_of(&scene, &settings), &without, most);
 }

@@ -101,6 +101,9 @@ const MOST_TEXELS: f32 = 32.0;
 /// Sides of cells that land on more texels are straight.
 const MOST_CURVED: f32 = 4.0;
 
+/// Cells whose flux is further off than it is interpolated, as a share of what was emitted, are split.
+const MOST_FADING: f32 = 1.0 / 128.0;
+
 /// Spectra that are longer, texels, are split in two: more nodes lie along them then.
 const MOST_ALONG: f32 = 24.0;
 
@@ -111,8 +114,9 @@ pub fn footprint_split(inputs: &Inputs<'_>) {
     let count = inputs.landings.count();
     (0..count).into_par_iter().with_min_len(CELLS_PER_GROUP as usize).for_each(|i| {
         let Some(emitted) = inputs.landings.emitted(i) else { return };
-        if params.queue == NO_QUEUE {
+        if params.next == NO_QUEUE {
             queues[LANDED].fetch_add(inputs.landed(&emitted), Ordering::Relaxed);
+            return;
         }
         let (along, stake) = inputs.split(&emitted);
         let class = urgency(stake, emitted.cell.at);
@@ -158,9 +162,14 @@ impl Inputs<'_> {
         (0..params.orders).map(of_order).sum()
     }
 
+    /// Halvings of a cell of the emission view, in space and along the spectrum.
+    fn splits(&self, cell: &FootprintCell) -> u32 {
+        cell.level.x + cell.level.y + (self.params.cells.bins / cell.bins).ilog2()
+    }
+
     /// The most that a path of this order carries, as a part of a whole cell's flux: of those that land, and of all.
     fn stakes(&self, emitted: &Emitted, order: u32) -> [u32; 2] {
-        let splits = emitted.cell.level.x + emitted.cell.level.y;
+        let splits = self.splits(&emitted.cell);
         self.landings.paths().fold([0; 2], |[landed, all], (corner, node)| {
             let landing = self.landings.landing(emitted, corner, node, order);
             let part = landing.part >> splits;
@@ -186,16 +195,19 @@ impl Inputs<'_> {
                 part = any / 4;
             } else if own == TOGETHER {
                 let first = self.landings.landing(emitted, 0, 0, order);
-                let Extent { across, down, along } =
-                    self.landings.gather(emitted, order, first.place & 0xff).extent();
+                let spread = self.landings.gather(emitted, order, first.place & 0xff);
+                let Extent { across, down, along } = spread.extent();
                 let curves = self.landings.curves(emitted, order);
                 let bend = if across.max(down) > MOST_CURVED { curves.bend() } else { curves.unevenness() };
+                let (fading, fading_along) = (curves.fading(), spread.fading_along());
                 if across.max(down) <= MOST_TEXELS && along <= MOST_ALONG {
-                    part = (part as f32 * bend.max_element().min(1.0)) as u32;
+                    let fades = WHOLE as f32 * fading.max_element().max(fading_along);
+                    let displaced = part as f32 * bend.max_element().min(1.0);
+                    part = displaced.max(fades / (1 << self.splits(cell)) as f32) as u32;
                 }
-                own = flag(across > MOST_TEXELS || bend.x > MOST_BEND, APART_IN_X)
-                    | flag(down > MOST_TEXELS || bend.y > MOST_BEND, APART_IN_Y)
-                    | flag(along > MOST_ALONG, BANDS_APART);
+                own = flag(across > MOST_TEXELS || bend.x > MOST_BEND || fading.x > MOST_FADING, APART_IN_X)
+                    | flag(down > MOST_TEXELS || bend.y > MOST_BEND || fading.y > MOST_FADING, APART_IN_Y)
+                    | flag(along > MOST_ALONG || fading_along > MOST_FADING, BANDS_APART);
             }
             if own != TOGETHER && part >= NEGLIGIBLE {
                 apart |= own;
@@ -205,7 +217,7 @@ impl Inputs<'_> {
         let in_space = APART_IN_X | APART_IN_Y;
         if apart & in_space == 0 && self.hides_detail(emitted) {
             apart |= in_space;
-            at_stake = at_stake.max(WHOLE >> (cell.level.x + cell.level.y));
+            at_stake = at_stake.max(WHOLE >> self.splits(cell));
         }
         // An edge along one side is worth more splits: they do not become more with every one.
         let most = if apart & in_space == in_space { params.most_level } else { params.most_edge_level };

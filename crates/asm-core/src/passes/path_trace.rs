@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use bytemuck::{Pod, Zeroable};
 use frame_plan::cpu::TextureView;
 use frame_plan::{BindingKind, PassInfo, PassKind};
-use glam::UVec2;
+use glam::{UVec2, Vec2, Vec3};
 use rayon::prelude::*;
 
 use super::{
@@ -26,7 +26,7 @@ use crate::shared::light_path::{Arrival, LightPaths, way_on};
 use crate::shared::optics::Optics;
 use crate::shared::photon_queue::QUEUE_COUNT;
 use crate::shared::photons::landing_bounds_add;
-use crate::shared::view::View;
+use crate::shared::view::{Ray, View};
 
 /// Uniform of the pass; mirrors `PathTrace` in `shaders/path_trace.wgsl`.
 #[repr(C)]
@@ -141,6 +141,7 @@ pub struct Inputs<'a> {
 }
 
 const WAY_LANDS: u32 = 3;
+const WAY_BEYOND: u32 = 4;
 
 /// CPU mirror: the paths of every texel of the emission view, or of the corners of the queued patches.
 pub fn path_trace(
@@ -258,10 +259,17 @@ impl<'a> Inputs<'a> {
     fn landing(&self, paths: &LightPaths<'_>, arrival: &Arrival) -> PathLanding {
         let Arrival { end, part, way, length, medium, .. } = *arrival;
         let landing = PathLanding { length, part, way, end, medium, ..PathLanding::default() };
+        if end == END_ESCAPED {
+            let way = self.way_beyond(way, &arrival.ray, self.leaves_at(&arrival.ray));
+            return PathLanding { way, ..landing };
+        }
         if end != END_LANDED {
             return landing;
         }
-        let Some(at) = paths.locate(arrival) else { return PathLanding { end: END_OUTSIDE_MAP, ..landing } };
+        let Some(at) = paths.locate(arrival) else {
+            let way = self.way_beyond(way, &arrival.ray, arrival.met.hit.distance);
+            return PathLanding { way, end: END_OUTSIDE_MAP, ..landing };
+        };
         let t = &self.surfaces.triangles[arrival.met.visible as usize - 1];
         let side = if arrival.met.hit.facing > 0.0 { 4 } else { 0 };
         PathLanding {
@@ -270,6 +278,26 @@ impl<'a> Inputs<'a> {
             place: at.face | t.material << 8,
             ..landing
         }
+    }
+
+    /// Along a ray, to where it leaves the box of all surfaces.
+    fn leaves_at(&self, ray: &Ray) -> f32 {
+        let all = &self.surfaces.bvh[0];
+        let upwards = ray.direction.cmpgt(Vec3::ZERO);
+        let ahead = Vec3::select(upwards, all.high, all.low);
+        let run =
+            Vec3::select(upwards, Vec3::ONE, Vec3::NEG_ONE) * ray.direction.abs().max(Vec3::splat(1e-12));
+        ((ahead - ray.origin) / run).min_element()
+    }
+
+    /// Paths that go by the map on different sides of it do not belong together: those between them may land.
+    fn way_beyond(&self, way: u32, ray: &Ray, distance: f32) -> u32 {
+        let view = &self.views[self.params.landing_view as usize];
+        let at = view.project(ray.origin + distance * ray.direction);
+        let (before, behind) = (at.texel.cmplt(Vec2::ZERO), at.texel.cmpge(view.size.as_vec2()));
+        let sides = before.bitmask() | behind.bitmask() << 2 | u32::from(at.z <= 0.0) << 4;
+        let sides = if self.params.landing_faces == 1 { sides } else { 0 };
+        way_on(way, 8 * sides + WAY_BEYOND)
     }
 
     fn add_bounds(&self, landing: &PathLanding, bounds: &[AtomicU32]) {

@@ -4,6 +4,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec2, Vec2};
 
+use super::flux::WHOLE;
 use super::photon_queue::QUEUE_HEAD;
 
 /// Where a path leads after so many reflections inside; mirrors `PathLanding`.
@@ -27,6 +28,11 @@ pub struct PathLanding {
 }
 
 impl PathLanding {
+    /// Of the path's flux.
+    pub fn share(&self) -> f32 {
+        self.part as f32 / WHOLE as f32
+    }
+
     /// Light between the two lies between their landings.
     pub fn goes_with(&self, other: &Self) -> bool {
         self.way == other.way && self.end == other.end && (self.place ^ other.place) & 0xff == 0
@@ -61,7 +67,7 @@ pub struct FootprintCell {
 }
 
 /// No range is split into shorter ones.
-pub const LEAST_BINS: u32 = 16;
+pub const LEAST_BINS: u32 = 4;
 
 /// Bins of a spectrum that is split into wavelengths.
 pub const SPECTRUM_BINS: u32 = 256;
@@ -69,10 +75,12 @@ pub const SPECTRUM_BINS: u32 = 256;
 /// Most nodes of a range.
 pub const MOST_NODES: usize = 4;
 
-/// Sixteenths of a range where nodes lie: about Chebyshev's points of 400 to 700 nm, where nearly all light is seen.
-pub fn node_sixteenth(nodes: u32, node: u32) -> u32 {
+/// Sixteenths of a range where nodes lie: of all the spectrum about Chebyshev's points of 400 to 700 nm, where nearly all light is
+/// seen; of a part of it from end to end, so that what changes between two parts does not go unseen.
+pub fn node_sixteenth(nodes: u32, node: u32, bins: u32) -> u32 {
     match nodes {
         1 => 5,
+        _ if bins < SPECTRUM_BINS => (16 * node + node / 2) / (nodes - 1),
         2 => 3 + 8 * node,
         3 => 2 + 5 * node,
         _ => 2 + 3 * node + u32::from(node > 1),
@@ -81,7 +89,7 @@ pub fn node_sixteenth(nodes: u32, node: u32) -> u32 {
 
 /// The bin at whose lower end a node of a cell lies.
 pub fn node_bin(nodes: u32, node: u32, cell: &FootprintCell) -> u32 {
-    cell.first + cell.bins * node_sixteenth(nodes, node) / 16
+    cell.first + cell.bins * node_sixteenth(nodes, node, cell.bins) / 16
 }
 
 /// Bins of a range before those that a node stands for where nothing can be interpolated.
@@ -89,7 +97,7 @@ pub fn share_start(nodes: u32, node: u32, bins: u32) -> u32 {
     match node {
         0 => 0,
         _ if node >= nodes => bins,
-        _ => bins * (node_sixteenth(nodes, node - 1) + node_sixteenth(nodes, node)) / 32,
+        _ => (bins * (node_sixteenth(nodes, node - 1, bins) + node_sixteenth(nodes, node, bins)) + 16) / 32,
     }
 }
 
@@ -206,9 +214,10 @@ mod tests {
 
     #[test]
     fn nodes_interpolate_polynomials_of_their_degree() {
-        for nodes in 1..=MOST_NODES as u32 {
+        let nodes_of = |bins| (1..=MOST_NODES as u32).map(move |nodes| (nodes, bins));
+        for (nodes, bins) in nodes_of(LEAST_BINS).chain(nodes_of(SPECTRUM_BINS)) {
             let count = nodes as usize;
-            let at = std::array::from_fn(|n| node_sixteenth(nodes, n as u32) as f32 / 16.0);
+            let at = std::array::from_fn(|n| node_sixteenth(nodes, n as u32, bins) as f32 / 16.0);
             for x in [0.0_f32, 0.03, 0.23, 0.5, 0.99, 1.0] {
                 for degree in 0..nodes as i32 {
                     let weights = node_weights(count, &at, x);
@@ -229,7 +238,10 @@ mod tests {
                 for node in 0..nodes {
                     let own = node_bin(nodes, node, &cell);
                     let share = share_start(nodes, node, bins)..share_start(nodes, node + 1, bins);
-                    assert!(share.contains(&own), "{nodes} nodes of {bins} bins: {own} in {share:?}");
+                    assert!(
+                        share.contains(&own) || own == bins && share.end == own,
+                        "{nodes} nodes of {bins} bins: {own} in {share:?}"
+                    );
                 }
             }
         }

@@ -30,22 +30,22 @@ pub struct FootprintCells {
     pub first_optics: u32,
     /// Of the whole spectrum.
     pub bins: u32,
-    /// First word in `queues`; [`NO_QUEUE`]: cells lie between the texel centres of the emission view.
+    /// First word in `queues`; [`NO_QUEUE`]: cells lie between the texel centres of the emission view, in a tile of it.
     pub queue: u32,
     /// First place of the queued patches' corners.
     pub first_place: u32,
     /// First word of what the cells are split into, in `queues`.
     pub splits: u32,
-    /// First word of the queue that splits go to; [`NO_QUEUE`]: none are made.
+    /// First word of the queue that splits go to; [`NO_QUEUE`]: none are made, and what lands is added up instead.
     pub next: u32,
     /// Of that queue, patches.
     pub capacity: u32,
     /// Most workgroups of the device, per dimension.
     pub max_groups: u32,
-    /// Padding.
-    pub reserved0: u32,
-    /// Padding.
-    pub reserved1: u32,
+    /// First cell of the tile, where they lie in the emission view: x, y << 16.
+    pub tile: u32,
+    /// Cells along each side of a tile.
+    pub tile_side: u32,
 }
 
 /// No patches are queued.
@@ -136,11 +136,18 @@ pub struct Cells<'a> {
 }
 
 impl Cells<'_> {
-    /// Cells of the emission view, or all that the patches of the queue may have.
+    /// The first cell of the tile, and how many it has in x and y.
+    fn tile(&self) -> (UVec2, UVec2) {
+        let params = &self.params;
+        let first = UVec2::new(params.tile & 0xffff, params.tile >> 16);
+        let cells = self.views[params.emission_view as usize].size - 1;
+        (first, UVec2::splat(params.tile_side).min(cells - first))
+    }
+
+    /// Cells of the tile, or all that the patches of the queue may have.
     pub fn count(&self) -> u32 {
         if self.params.queue == NO_QUEUE {
-            let cells = self.views[self.params.emission_view as usize].size - 1;
-            return cells.x * cells.y;
+            return self.tile().1.element_product();
         }
         PATCH_CELLS * self.load(self.params.queue + QUEUE_COUNT as u32)
     }
@@ -155,7 +162,8 @@ impl Cells<'_> {
         let params = &self.params;
         if params.queue == NO_QUEUE {
             let size = self.views[params.emission_view as usize].size;
-            let at = UVec2::new(i % (size.x - 1), i / (size.x - 1));
+            let (first, cells) = self.tile();
+            let at = first + UVec2::new(i % cells.x, i / cells.x);
             let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
             let place = at.y * size.x + at.x;
             return Some(Emitted { cell, place, traced: 1, row: size.x, before: at, behind: size - 2 - at });

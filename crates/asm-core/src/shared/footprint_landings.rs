@@ -4,7 +4,6 @@ use std::ops::Deref;
 
 use glam::Vec2;
 
-use super::flux::WHOLE;
 use super::footprint::*;
 use super::footprint_cells::*;
 use super::optics::Optics;
@@ -62,6 +61,8 @@ pub struct Curve {
     second: Vec2,
     /// How much that changes along the side, the larger part.
     third: f32,
+    /// Second difference of the share of the flux that a path leaves here.
+    fades: f32,
 }
 
 /// All sides of a cell. Neighbours have the side between them in common.
@@ -93,6 +94,12 @@ impl Curves {
     /// How far they may lie from the curves that they are taken for, texels.
     pub fn unevenness(&self) -> Vec2 {
         let most = |[a, b]: &[Curve; 2]| LEFT_OUT * a.third.max(b.third);
+        Vec2::new(most(&self.across), most(&self.down))
+    }
+
+    /// How much flux, as a share of the path's, may be more or less than is interpolated.
+    pub fn fading(&self) -> Vec2 {
+        let most = |[a, b]: &[Curve; 2]| a.fades.max(b.fades) / 8.0;
         Vec2::new(most(&self.across), most(&self.down))
     }
 
@@ -154,24 +161,24 @@ impl Landings<'_> {
         0.5 * shown.size.as_vec2() + Vec2::new(offset.x, -offset.y)
     }
 
-    /// Of a medium at a place in the spectrum.
-    pub fn index_at(&self, bin: f32, material: u32) -> f32 {
+    /// Of a material at a place in the spectrum, as a bin.
+    pub fn optics_at(&self, bin: f32, material: u32) -> Optics {
         let params = &self.params;
         let lower = (bin as u32).min(params.bins - 1);
         let row = ((params.first_optics + lower) * params.materials + material) as usize;
-        let (a, b) = (self.optics[row].index, self.optics[row + params.materials as usize].index);
+        let (a, b) = (&self.optics[row], &self.optics[row + params.materials as usize]);
         let share = bin - lower as f32;
-        a * (1.0 - share) + b * share
+        let between = |a: f32, b: f32| a * (1.0 - share) + b * share;
+        Optics {
+            index: between(a.index, b.index),
+            absorption: between(a.absorption, b.absorption),
+            surface: between(a.surface, b.surface),
+            reserved: 0.0,
+        }
     }
 
-    /// What a material's surface lets through or throws back at a place in the spectrum.
-    pub fn surface_at(&self, bin: f32, material: u32) -> f32 {
-        let params = &self.params;
-        let lower = (bin as u32).min(params.bins - 1);
-        let row = ((params.first_optics + lower) * params.materials + material) as usize;
-        let (a, b) = (self.optics[row].surface, self.optics[row + params.materials as usize].surface);
-        let share = bin - lower as f32;
-        a * (1.0 - share) + b * share
+    fn index_at(&self, bin: f32, material: u32) -> f32 {
+        self.optics_at(bin, material).index
     }
 
     /// What landings are interpolated along from one wavelength to another, 0 to 1 within a range: the index of refraction, on
@@ -185,14 +192,33 @@ impl Landings<'_> {
         (self.index_at(bin, material) - start) / span
     }
 
-    /// Second difference of three landings in a row, texels; none where they do not belong together.
-    fn second_difference(&self, places: [u32; 3], order: u32) -> Option<Vec2> {
+    /// The place in the spectrum, as a bin, of an abscissa of a cell's range: two steps of Newton's, since the index is nearly
+    /// linear.
+    pub fn bin_at(&self, cell: &FootprintCell, material: u32, x: f32) -> f32 {
+        let start = self.index_at(cell.first as f32, material);
+        let span = self.index_at((cell.first + cell.bins) as f32, material) - start;
+        let bin = cell.first as f32 + x * cell.bins as f32;
+        if span.abs() < 1e-6 {
+            return bin;
+        }
+        let last = (cell.first + cell.bins - 1) as f32;
+        (0..2).fold(bin, |bin, _| {
+            let edge = bin.min(last);
+            let slope = self.index_at(edge + 1.0, material) - self.index_at(edge, material);
+            let beside = (start + x * span - self.index_at(bin, material)) / slope;
+            (bin + beside).clamp(cell.first as f32, last + 1.0)
+        })
+    }
+
+    /// Second differences of three landings in a row, texels, and of their share of the flux; none where they do not belong together.
+    fn second_difference(&self, places: [u32; 3], order: u32) -> Option<(Vec2, f32)> {
         let params = &self.params;
         let path = |place: u32| ((place * params.nodes + params.nodes / 2) * params.orders + order) as usize;
         let [a, b, c] = places.map(|place| &self.landings[path(place)]);
         (a.goes_with(b) && b.goes_with(c)).then(|| {
+            let fades = a.share() - 2.0 * b.share() + c.share();
             let [a, b, c] = [a, b, c].map(|landing| self.map_texel(landing.place & 0xff, landing.texel));
-            a - 2.0 * b + c
+            (a - 2.0 * b + c, fades.abs())
         })
     }
 
@@ -202,8 +228,12 @@ impl Landings<'_> {
         let before = (before > 0).then(|| difference(first - step)).flatten();
         let behind = (behind > 0).then(|| difference(first)).flatten();
         match (before, behind) {
-            (Some(a), Some(b)) => Curve { second: 0.5 * (a + b), third: longest(b - a) },
-            (Some(a), None) | (None, Some(a)) => Curve { second: a, third: ONE_SIDED * longest(a) },
+            (Some((a, fades)), Some((b, too))) => {
+                Curve { second: 0.5 * (a + b), third: longest(b - a), fades: fades.max(too) }
+            }
+            (Some((a, fades)), None) | (None, Some((a, fades))) => {
+                Curve { second: a, third: ONE_SIDED * longest(a), fades }
+            }
             (None, None) => Curve::default(),
         }
     }
@@ -232,13 +262,13 @@ impl Landings<'_> {
         for node in 0..nodes {
             let bin = node_bin(nodes, node, cell);
             spread.nodes_at[node as usize] = self.abscissa(cell, medium, bin as f32);
-            spread.surfaces[node as usize] = self.surface_at(bin as f32, medium).max(LEAST_SURFACE);
+            spread.surfaces[node as usize] = self.optics_at(bin as f32, medium).surface.max(LEAST_SURFACE);
         }
         for (corner, node) in self.paths() {
             let landing = self.landing(emitted, corner, node, order);
             let (c, n) = (corner as usize, node as usize);
             spread.places[c][n] = self.map_texel(face, landing.texel);
-            spread.parts[c][n] = landing.part as f32 / WHOLE as f32;
+            spread.parts[c][n] = landing.share();
             spread.lengths[c][n] = landing.length;
         }
         spread
@@ -254,6 +284,18 @@ impl Spread {
     /// Of a corner, at an abscissa of the range.
     pub fn place_at(&self, corner: usize, x: f32) -> Vec2 {
         self.weights(x).into_iter().zip(self.places[corner]).map(|(weight, place)| weight * place).sum()
+    }
+
+    /// As [`Curves::fading`], from one node to the next, beside what the first surface's material does.
+    pub fn fading_along(&self) -> f32 {
+        if self.nodes < 3 {
+            return 0.0;
+        }
+        let second = |parts: &[f32; MOST_NODES]| {
+            let [a, b, c] = [0, self.nodes / 2, self.nodes - 1].map(|node| parts[node] / self.surfaces[node]);
+            (a - 2.0 * b + c).abs()
+        };
+        self.parts.iter().map(second).fold(0.0, f32::max) / 8.0
     }
 
     /// In texels of the map.

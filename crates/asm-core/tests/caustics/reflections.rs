@@ -72,8 +72,8 @@ fn a_plane_mirror_sends_light_to_the_mirrored_place_with_its_fresnel_share() {
 
 #[test]
 fn few_wavelengths_have_the_colour_of_a_mirror_that_many_have() {
-    // Gold. Cells that cover many texels take the colour of each quarter of a range at its centroid, which leaves something.
-    let scene = upright_mirror([1.0, 0.766, 0.336]);
+    // A gold that is steeper in blue than the metal.
+    let scene = upright_mirror([1.0, 0.766, 0.05]);
     let of = |wavelengths, method| {
         total(
             &bake(&scene, 64, &Settings { wavelengths: Some(wavelengths), ..Settings::of(method) })
@@ -82,10 +82,10 @@ fn few_wavelengths_have_the_colour_of_a_mirror_that_many_have() {
         )
     };
     let many = of(61, Method::CausticsMap);
-    for nodes in 3..=4 {
+    for nodes in 2..=4 {
         let few = of(nodes, Method::Footprint);
         for (few, many) in few.into_iter().zip(many) {
-            assert!((few / many - 1.0).abs() < 0.02, "{nodes} nodes: {few}, {many}");
+            assert!((few / many - 1.0).abs() < 0.01, "{nodes} nodes: {few}, {many}");
         }
     }
 }
