@@ -10,13 +10,15 @@ use crate::mat3::{self, Mat3};
 const BRADFORD_FROM_XYZ: Mat3 =
     [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
+/// Bradford's cone responses to `xyz`: what [`bradford`] scales. Spectral lines may have negative ones.
+pub const fn bradford_responses(xyz: [f64; 3]) -> [f64; 3] {
+    mat3::apply(&BRADFORD_FROM_XYZ, xyz)
+}
+
 /// The Bradford matrix that carries XYZ seen under `source_white_xyz` to XYZ under `target_white_xyz`: the identity
 /// if both are equal.
 pub const fn bradford(source_white_xyz: [f64; 3], target_white_xyz: [f64; 3]) -> Mat3 {
-    let (source, target) = (
-        mat3::apply(&BRADFORD_FROM_XYZ, source_white_xyz),
-        mat3::apply(&BRADFORD_FROM_XYZ, target_white_xyz),
-    );
+    let (source, target) = (bradford_responses(source_white_xyz), bradford_responses(target_white_xyz));
     if source[0] == target[0] && source[1] == target[1] && source[2] == target[2] {
         return mat3::IDENTITY;
     }
@@ -39,6 +41,20 @@ pub fn lab_from_xyz(xyz: [f64; 3], white_xyz: [f64; 3]) -> [f64; 3] {
     };
     let (fx, fy, fz) = (f(0), f(1), f(2));
     [116.0 * fy - 16.0, 500.0 * (fx - fy), 200.0 * (fy - fz)]
+}
+
+/// The Jacobian of CIELAB at `xyz`: rows L*, a*, b*, columns X, Y, Z; see [`lab_from_xyz`].
+pub fn lab_jacobian(xyz: [f64; 3], white_xyz: [f64; 3]) -> Mat3 {
+    let [fx, fy, fz] = [0, 1, 2].map(|channel| {
+        let t = xyz[channel] / white_xyz[channel];
+        let slope = if t > LAB_LINEAR_BELOW {
+            1.0 / (3.0 * Float::cbrt(t) * Float::cbrt(t))
+        } else {
+            LAB_KAPPA / 116.0
+        };
+        slope / white_xyz[channel]
+    });
+    [[0.0, 116.0 * fy, 0.0], [500.0 * fx, -500.0 * fy, 0.0], [0.0, 200.0 * fy, -200.0 * fz]]
 }
 
 /// XYZ of CIELAB relative to `white_xyz`: the inverse of [`lab_from_xyz`].
@@ -249,6 +265,22 @@ mod tests {
             let back = xyz_from_lab(lab_from_xyz([x, y, z], D65_WHITE_XYZ), D65_WHITE_XYZ);
             for (back, v) in back.into_iter().zip([x, y, z]) {
                 prop_assert!((back - v).abs() < 1e-13, "{} {}", back, v);
+            }
+        }
+
+        #[test]
+        fn lab_s_jacobian_is_its_slope(x in 0.02..2.0, y in 0.02..2.0, z in 0.02..2.0) {
+            let jacobian = lab_jacobian([x, y, z], D65_WHITE_XYZ);
+            for column in 0..3 {
+                let at = |step: f64| {
+                    let mut xyz = [x, y, z];
+                    xyz[column] += step;
+                    lab_from_xyz(xyz, D65_WHITE_XYZ)
+                };
+                for (row, entries) in jacobian.iter().enumerate() {
+                    let slope = (at(1e-6)[row] - at(-1e-6)[row]) / 2e-6;
+                    prop_assert!((entries[column] - slope).abs() < 1e-4 * (1.0 + slope.abs()), "{row} {column}");
+                }
             }
         }
 

@@ -129,6 +129,7 @@ mod tests {
         check::<471, 4>(include_str!("../data/cie_1964_10deg_1nm.csv"), 360.0, 1.0);
         check::<81, 17>(include_str!("../data/cie_illuminants_5nm.csv"), 380.0, 5.0);
         check::<54, 4>(include_str!("../data/cie_daylight_basis_10nm.csv"), 300.0, 10.0);
+        check::<81, 25>(include_str!("../data/colorchecker24_ohta.csv"), 380.0, 5.0);
     }
 
     #[test]

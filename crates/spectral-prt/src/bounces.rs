@@ -1,0 +1,254 @@
+//! Interreflection: what surfaces throw on each other.
+
+use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
+use spectral_core::basis::SpectralBasis;
+use spectral_core::grid::SpectralGrid;
+
+use crate::bands::Bands;
+use crate::error::PrtError;
+use crate::hemisphere::Directions;
+use crate::reflected::ReflectedSpectra;
+use crate::surface::Surface;
+use crate::transfer::{CHUNK_VERTICES, Point, Transfer, TransferSettings, Work};
+
+/// The most bounces that are followed.
+const MAX_BOUNCES: u32 = 256;
+
+/// How interreflection is computed.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BounceSettings {
+    /// Rays per vertex and bounce, 1 to 2^20.
+    pub rays: u32,
+    /// Reflections followed, 0 to 256.
+    pub bounces: u32,
+}
+
+/// Transfer with interreflection. It has a colour, since every reflection multiplies light with a reflectance:
+///
+/// ```text
+/// T_k(lambda) = sum_q g_q(lambda) T_qk        E(lambda) = sum_k T_k(lambda) L_k(lambda)
+/// ```
+///
+/// with as few functions g_q as the products of the scene's reflectances need; one, a constant, where all are grey.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpectralTransfer {
+    bands: Bands,
+    grid: SpectralGrid,
+    /// g_q, one value per wavelength each.
+    functions: Vec<Vec<f64>>,
+    vertices: Vec<usize>,
+    /// Surface after surface, vertex after vertex, function after function.
+    coefficients: Vec<f32>,
+    last_bounce_share: f64,
+}
+
+impl SpectralTransfer {
+    /// Bands of spherical harmonics.
+    pub fn bands(&self) -> Bands {
+        self.bands
+    }
+
+    /// The functions g_q: orthonormal as vectors of one value per wavelength.
+    pub fn functions(&self) -> &[Vec<f64>] {
+        &self.functions
+    }
+
+    /// The share of the mean irradiance under an even white sky that the last bounce added: what following one more would
+    /// add at most, times the largest reflectance, and so on.
+    pub fn last_bounce_share(&self) -> f64 {
+        self.last_bounce_share
+    }
+
+    /// The coefficients of a surface's vertices: for each vertex, for each function, [`Bands::coefficients`] numbers.
+    ///
+    /// # Panics
+    /// If there is no such surface.
+    pub fn surface(&self, surface: usize) -> &[f32] {
+        let n = self.bands.coefficients() * self.functions.len();
+        let first: usize = self.vertices[..surface].iter().sum();
+        &self.coefficients[first * n..(first + self.vertices[surface]) * n]
+    }
+
+    /// Transfer at one wavelength of the grid, vertex after vertex.
+    ///
+    /// # Panics
+    /// If there is no such surface or sample.
+    pub fn at_sample(&self, surface: usize, sample: usize) -> Vec<f64> {
+        let n = self.bands.coefficients();
+        self.surface(surface)
+            .chunks_exact(n * self.functions.len())
+            .flat_map(|vertex| {
+                (0..n).map(move |k| {
+                    self.functions
+                        .iter()
+                        .enumerate()
+                        .map(|(q, g)| g[sample] * f64::from(vertex[q * n + k]))
+                        .sum()
+                })
+            })
+            .collect()
+    }
+
+    /// The coefficients of an albedo for each function g_q: those of R g_q, in a basis on the same grid.
+    ///
+    /// A basis that is optimal for the colours shown should know the products of reflectances as well.
+    ///
+    /// # Panics
+    /// If the basis or the reflectance is on another grid.
+    pub fn albedo_coefficients(&self, basis: &SpectralBasis, reflectance: &[f64]) -> Vec<Vec<[f64; 3]>> {
+        assert_eq!(basis.grid(), &self.grid, "a basis on another grid");
+        let product = |g: &Vec<f64>| g.iter().zip(reflectance).map(|(g, r)| g * r).collect::<Vec<f64>>();
+        self.functions.iter().map(|g| basis.albedo_coefficients(&product(g))).collect()
+    }
+}
+
+/// Adds to the transfer of the open sky what `settings.bounces` reflections bring.
+///
+/// `reflectances` has a spectrum for each surface, 0 to 1 on `grid`. Surfaces are matt and reflect on the side their normals
+/// are on; seen from behind they are black. Irradiance is linear over a triangle. The result does not depend on the
+/// number of threads. `progress` hears shares of the work, 0 to 1, in order.
+///
+/// # Errors
+/// [`PrtError`] for too many rays or bounces, for reflectances that are none, and for a transfer of other surfaces.
+pub fn add_bounces(
+    surfaces: &[Surface],
+    direct: &Transfer,
+    grid: SpectralGrid,
+    reflectances: &[Vec<f64>],
+    settings: &BounceSettings,
+    progress: &mut dyn FnMut(f64),
+) -> Result<SpectralTransfer, PrtError> {
+    let rays = TransferSettings { bands: direct.bands, rays: settings.rays };
+    rays.check()?;
+    check(surfaces, direct, grid, reflectances, settings)?;
+    let spectra = ReflectedSpectra::new(&grid, reflectances, settings.bounces);
+    let work = Work::new(surfaces, rays);
+    let (n, q) = (direct.bands.coefficients(), spectra.count());
+    let one = spectra.one();
+    let mut arriving: Vec<f64> = direct
+        .coefficients
+        .chunks_exact(n)
+        .flat_map(|t| one.iter().flat_map(move |c| t.iter().map(move |t| c * f64::from(*t))))
+        .collect();
+    let mut sum = arriving.clone();
+    let reflections: Vec<Vec<f64>> = reflectances.iter().map(|r| spectra.reflection(r)).collect();
+    progress(0.0);
+    for bounce in 0..settings.bounces {
+        let leaving = reflected(&arriving, &work.vertices, &reflections, n);
+        for chunk in 0..work.chunks() {
+            let first = chunk * CHUNK_VERTICES * n * q;
+            let end = arriving.len().min(first + CHUNK_VERTICES * n * q);
+            let points = &work.points[chunk * CHUNK_VERTICES..];
+            arriving[first..end].par_chunks_mut(n * q).zip(points).for_each_init(
+                || vec![0.0; work.points.len()],
+                |weights, (out, point)| {
+                    gather(&work, point, &leaving, weights, out);
+                },
+            );
+            let done = bounce as f64 + (chunk + 1) as f64 / work.chunks() as f64;
+            progress(done / f64::from(settings.bounces));
+        }
+        sum.iter_mut().zip(&arriving).for_each(|(s, a)| *s += a);
+    }
+    // Coefficient 0 of what is left of a white sky: integral of g_q over the wavelengths, which is `one`.
+    let even = |values: &[f64]| -> f64 {
+        values.chunks_exact(n * q).map(|v| (0..q).map(|f| one[f] * v[f * n]).sum::<f64>()).sum()
+    };
+    let last_bounce_share =
+        if settings.bounces == 0 { 1.0 } else { even(&arriving) / even(&sum).max(f64::MIN_POSITIVE) };
+    Ok(SpectralTransfer {
+        bands: direct.bands,
+        grid,
+        functions: spectra.functions(),
+        vertices: work.vertices,
+        coefficients: sum.into_iter().map(|v| v as f32).collect(),
+        last_bounce_share,
+    })
+}
+
+fn check(
+    surfaces: &[Surface],
+    direct: &Transfer,
+    grid: SpectralGrid,
+    reflectances: &[Vec<f64>],
+    settings: &BounceSettings,
+) -> Result<(), PrtError> {
+    if settings.bounces > MAX_BOUNCES {
+        return Err(PrtError::Bounces { got: settings.bounces, max: MAX_BOUNCES });
+    }
+    if reflectances.len() != surfaces.len() {
+        return Err(PrtError::ReflectanceCount { got: reflectances.len(), surfaces: surfaces.len() });
+    }
+    for (surface, reflectance) in reflectances.iter().enumerate() {
+        let (got, expected) = (reflectance.len(), grid.samples());
+        if got != expected {
+            return Err(PrtError::ReflectanceSamples { surface, got, expected });
+        }
+        if let Some(at) = reflectance.iter().position(|r| !(0.0..=1.0).contains(r)) {
+            return Err(PrtError::Reflectance {
+                surface,
+                lambda_nm: grid.lambda_nm(at),
+                got: reflectance[at],
+            });
+        }
+    }
+    let vertices: usize = surfaces.iter().map(|s| s.positions().len()).sum();
+    let (got, expected) = (direct.coefficients.len(), vertices * direct.bands.coefficients());
+    if got == expected { Ok(()) } else { Err(PrtError::OtherTransfer { got, expected }) }
+}
+
+/// What leaves each vertex: its surface's reflection of what arrives.
+fn reflected(arriving: &[f64], vertices: &[usize], reflections: &[Vec<f64>], n: usize) -> Vec<f64> {
+    let mut leaving = vec![0.0; arriving.len()];
+    let mut first = 0;
+    for (count, matrix) in vertices.iter().zip(reflections) {
+        let q = matrix.len().isqrt();
+        let range = first * n * q..(first + count) * n * q;
+        leaving[range.clone()].par_chunks_mut(n * q).zip(arriving[range].par_chunks(n * q)).for_each(
+            |(out, from)| {
+                for (out, row) in out.chunks_exact_mut(n).zip(matrix.chunks_exact(q)) {
+                    for (from, factor) in from.chunks_exact(n).zip(row) {
+                        out.iter_mut().zip(from).for_each(|(o, f)| *o += factor * f);
+                    }
+                }
+            },
+        );
+        first += count;
+    }
+    leaving
+}
+
+/// What arrives at a vertex: the mean over cosine-weighted directions of what leaves there, as integral (E / pi) cos.
+/// `weights` has a zero for every vertex, before and after.
+fn gather(work: &Work, point: &Point, leaving: &[f64], weights: &mut [f64], out: &mut [f64]) {
+    out.fill(0.0);
+    if point.normal == glam::DVec3::ZERO {
+        return;
+    }
+    let mut met = Vec::new();
+    for direction in Directions::new(work.settings.rays, point.stream).about(point.normal) {
+        let Some(hit) = work.occluders.nearest(point.origin, direction) else { continue };
+        let corners = hit.vertices.map(|v| v as usize);
+        let normal: glam::DVec3 =
+            corners.iter().zip(hit.weights).map(|(&v, w)| work.points[v].normal * w).sum();
+        if normal.dot(direction) >= 0.0 {
+            continue;
+        }
+        for (v, weight) in corners.into_iter().zip(hit.weights) {
+            if weights[v] == 0.0 {
+                met.push(v);
+            }
+            weights[v] += weight;
+        }
+    }
+    for v in met {
+        // A weight that has come back to 0 is met twice, and adds nothing the second time.
+        let weight = std::mem::take(&mut weights[v]) / f64::from(work.settings.rays);
+        let from = &leaving[v * out.len()..(v + 1) * out.len()];
+        out.iter_mut().zip(from).for_each(|(o, f)| *o += weight * f);
+    }
+}
+
+#[cfg(test)]
+mod tests;

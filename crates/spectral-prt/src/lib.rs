@@ -1,0 +1,42 @@
+//! Spectral precomputed radiance transfer (Schwenk et al. 2010): matt objects under distant spectral light.
+//!
+//! Light from far away is a function of direction and wavelength, L(omega, lambda). Directions are represented by real
+//! [spherical harmonics](sh), wavelengths by a [basis](spectral_core::basis). What a vertex makes of the light is its
+//! [transfer](Transfer), which knows no wavelength:
+//!
+//! ```text
+//! T_k = integral of V(omega) max(n . omega, 0) Y_k(omega) d omega        (eq. 4 of the paper)
+//! E(lambda) = sum_k T_k L_k(lambda)                                      irradiance
+//! ```
+//!
+//! so light, its spectrum and its orientation may change at any time without a new transfer. V is 0 where the scene
+//! itself blocks the direction. [`precompute`] finds T by rays on all cores, [`cache`] keeps it on disk.
+//!
+//! A [`Sky`] is such light, from an illuminant or from a [`Panorama`], and shows surfaces by their transfer.
+//! Light that surfaces throw on each other has their colours: [`add_bounces`] makes the transfer spectral, as far as it is.
+//!
+//! Directions are unit vectors in the world's right-handed space, from the surface towards the light.
+
+mod bands;
+mod bounces;
+pub mod cache;
+
+pub mod cosine_lobe;
+mod error;
+mod hemisphere;
+mod occlusion;
+mod panorama;
+mod reflected;
+pub mod sh;
+mod sky;
+mod surface;
+mod transfer;
+mod upsampled;
+
+pub use bands::{Bands, BandsError};
+pub use bounces::{BounceSettings, SpectralTransfer, add_bounces};
+pub use error::{PrtError, SurfaceError};
+pub use panorama::{Panorama, PanoramaError};
+pub use sky::Sky;
+pub use surface::Surface;
+pub use transfer::{Transfer, TransferSettings, precompute};
