@@ -119,6 +119,15 @@ pub enum PondError {
         /// What differs.
         what: &'static str,
     },
+    /// What light through a mesh of water cannot be.
+    #[error("`photon` does not do {what}")]
+    Photon {
+        /// What it is, and what would be right.
+        what: &'static str,
+    },
+    /// A scene of water that makes no plan.
+    #[error(transparent)]
+    PhotonPlan(#[from] asm_core::PlanError),
     /// A plan that did not run.
     #[error(transparent)]
     Execute(#[from] frame_plan::ExecuteError),

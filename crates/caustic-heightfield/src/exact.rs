@@ -34,13 +34,15 @@ pub fn exact(surface: &HeightField, pond: &Pond, floor: FloorGrid) -> Result<Flo
     };
     let beams = beams(surface, pond, &light);
     let touching: Vec<f64> = beams.iter().map(|beam| in_place(beam, pond)).collect();
+    let blocks = blocks(&beams, surface.size[0], &lobe, pond.outside);
     let points: Vec<[f64; 2]> = positions_m(floor.size, floor.extent_m)
         .map(|at| [at[0] + floor.corner_m[0], at[1] + floor.corner_m[1]])
         .collect();
     let at = |point: &[f64; 2]| {
-        let spread: f64 = beams
+        let spread: f64 = blocks
             .iter()
-            .filter(|beam| beam.flux > 0.0 && beam.above_m > 0.0)
+            .filter(|block| block.reaches(*point))
+            .flat_map(|block| &block.beams)
             .map(|beam| beam.flux * spread(&lobe, beam, *point, surface.extent_m, pond.outside, tiles))
             .sum();
         let resting = below(surface, *point, pond.outside).map_or(0.0, |sample| touching[sample]);
@@ -50,7 +52,53 @@ pub fn exact(surface: &HeightField, pond: &Pond, floor: FloorGrid) -> Result<Flo
     Ok(floor_light(surface, pond, &light, floor, irradiance, (tiles, tail)))
 }
 
+/// Samples along each side of a block.
+const BLOCK: usize = 16;
+
+/// Beams of neighbouring samples, and where their lobes are on the floor.
+struct Block<'a> {
+    beams: Vec<&'a Beam>,
+    low_m: [f64; 2],
+    high_m: [f64; 2],
+}
+
+impl Block<'_> {
+    /// Whether it may light a point of the floor.
+    fn reaches(&self, point: [f64; 2]) -> bool {
+        (0..2).all(|k| (self.low_m[k]..=self.high_m[k]).contains(&point[k]))
+    }
+}
+
+/// All beams with light in them that are above the floor, in blocks: of narrow lobes most are nowhere near a point.
+fn blocks<'a>(beams: &'a [Beam], width: usize, lobe: &Lobe, outside: Outside) -> Vec<Block<'a>> {
+    let extent_m = |beam: &Beam, k: usize| match outside {
+        Outside::Dark => lobe.extent_m(beam.direction, beam.above_m, k).map(|end| beam.at_m[k] + end),
+        Outside::Periodic => [f64::NEG_INFINITY, f64::INFINITY],
+    };
+    let block = |first_row: usize, first: usize| {
+        let mut block =
+            Block { beams: Vec::new(), low_m: [f64::INFINITY; 2], high_m: [f64::NEG_INFINITY; 2] };
+        for row in beams.chunks(width).skip(first_row).take(BLOCK) {
+            let lit = |beam: &&Beam| beam.flux > 0.0 && beam.above_m > 0.0;
+            for beam in row.iter().skip(first).take(BLOCK).filter(lit) {
+                for k in 0..2 {
+                    let [low, high] = extent_m(beam, k);
+                    block.low_m[k] = block.low_m[k].min(low);
+                    block.high_m[k] = block.high_m[k].max(high);
+                }
+                block.beams.push(beam);
+            }
+        }
+        block
+    };
+    let rows = (0..beams.len() / width).step_by(BLOCK);
+    rows.flat_map(|row| (0..width).step_by(BLOCK).map(move |first| (row, first)))
+        .map(|(row, first)| block(row, first))
+        .collect()
+}
+
 /// Light of one sample below the surface.
+#[derive(Clone, Copy)]
 struct Beam {
     at_m: [f64; 2],
     above_m: f64,

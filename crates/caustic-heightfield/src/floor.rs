@@ -37,6 +37,17 @@ impl FloorGrid {
         }
     }
 
+    /// This grid with so many cells more on every side.
+    pub(crate) fn widened(&self, cells: usize) -> Self {
+        let pitch_m = [0, 1].map(|k| self.extent_m[k] / self.size[k] as f64);
+        let more_m = pitch_m.map(|pitch_m| cells as f64 * pitch_m);
+        Self {
+            size: self.size.map(|side| side + 2 * cells),
+            corner_m: [0, 1].map(|k| self.corner_m[k] - more_m[k]),
+            extent_m: [0, 1].map(|k| self.extent_m[k] + 2.0 * more_m[k]),
+        }
+    }
+
     /// Area of a cell, square metres.
     #[must_use]
     pub fn cell_m2(&self) -> f64 {
@@ -63,7 +74,7 @@ pub struct FloorReport {
     /// Flux on the floor that was computed.
     pub floor_flux: f64,
     /// Standard deviation of the lobe of a vertical beam on the floor, in samples of the surface. Below 1 the grid does not
-    /// resolve it: single facets show as dots, and the sum is no irradiance between them.
+    /// resolve it: single facets show as dots, and the sum is no irradiance between them. 0 where there is no lobe.
     pub lobe_samples: f64,
     /// Ponds on each side that were summed over; 0 where the outside is dark.
     pub periodic_tiles: i64,
@@ -76,6 +87,25 @@ impl FloorLight {
     #[must_use]
     pub fn flux(&self) -> f64 {
         self.irradiance.iter().sum::<f64>() * self.grid.cell_m2()
+    }
+
+    /// The means of `points` x `points` samples each; the last ones may be left over.
+    #[must_use]
+    pub fn texel_means(&self, points: usize) -> Self {
+        let size = self.grid.size.map(|side| side / points);
+        let pitch_m = [0, 1].map(|k| self.grid.extent_m[k] / self.grid.size[k] as f64);
+        let extent_m = [0, 1].map(|k| (size[k] * points) as f64 * pitch_m[k]);
+        let mean = |i: usize, j: usize| {
+            let rows = self.irradiance.chunks(self.grid.size[0]).skip(j * points).take(points);
+            let sum: f64 = rows.map(|row| row[i * points..][..points].iter().sum::<f64>()).sum();
+            sum / (points * points) as f64
+        };
+        let irradiance = (0..size[1]).flat_map(|j| (0..size[0]).map(move |i| (i, j)));
+        Self {
+            grid: FloorGrid { size, corner_m: self.grid.corner_m, extent_m },
+            irradiance: irradiance.map(|(i, j)| mean(i, j)).collect(),
+            report: self.report,
+        }
     }
 }
 

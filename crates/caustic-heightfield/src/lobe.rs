@@ -43,6 +43,15 @@ impl Lobe {
         Self { form: pond.form, exponent, whole, extinction_per_m: pond.extinction_per_m, cos2_min }
     }
 
+    /// Where along x (0) or y (1) a beam's lobe is not 0 on the floor, metres from the point below the beam; everywhere if its edge
+    /// reaches the horizon.
+    pub(crate) fn extent_m(&self, direction: [f64; 3], above_m: f64, k: usize) -> [f64; 2] {
+        let cone = cone_extent_m(direction, above_m, 1.0 - self.cos2_min, k);
+        // Wider by what rounding may do.
+        let slack_m = 1e-9 * above_m;
+        cone.map_or([f64::NEG_INFINITY, f64::INFINITY], |[low, high]| [low - slack_m, high + slack_m])
+    }
+
     /// Irradiance at `offset_m` from the point below the beam, per flux, for D = `above_m` > 0.
     ///
     /// Physical: p |P_z / P| |P|^-2 exp(-epsilon |P|) with p = max(0, cos)^(2a) (2a + 1) / (2 pi). Paper: |P_z / P|
@@ -91,6 +100,23 @@ impl Lobe {
         let tiles = (0..MAX_TILES).find(|&tiles| tail(tiles) <= TAIL).unwrap_or(MAX_TILES);
         (tiles, tail(tiles))
     }
+}
+
+/// From where to where along x (0) or y (1) a cone about a beam lies on the floor, metres from the point below the beam: it meets
+/// the floor in an ellipse. `None` if it does not, as its edge reaches the horizon. `sin2` is of the angle between them.
+pub(crate) fn cone_extent_m([x, y, z]: [f64; 3], above_m: f64, sin2: f64, k: usize) -> Option<[f64; 2]> {
+    let excess = z * z - sin2;
+    if z >= 0.0 || excess <= 1e-6 {
+        return None;
+    }
+    let along = [x, y][k];
+    let middle = above_m * along * -z / excess;
+    // Half axes: across the tilt D sin / sqrt(excess), along it D sin cos / excess, with the angle of the cone.
+    let across = above_m * above_m * sin2 / excess;
+    let stretch = (1.0 - sin2) / excess - 1.0;
+    let tilt2 = (x * x + y * y).max(f64::MIN_POSITIVE);
+    let half = (across * (1.0 + stretch * along * along / tilt2)).sqrt();
+    Some([middle - half, middle + half])
 }
 
 /// Share of the light of a physical lobe that travels downwards, for a beam with this cosine to straight down.

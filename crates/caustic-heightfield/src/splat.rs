@@ -10,7 +10,7 @@ use crate::error::{PondError, check_positive};
 use crate::exact::{check_clear_of_floor, largest_tilt};
 use crate::floor::{FloorGrid, FloorLight, floor_light};
 use crate::height_field::{HeightField, positions_m};
-use crate::lobe::Lobe;
+use crate::lobe::{Lobe, cone_extent_m};
 use crate::pond::{Form, Outside, Pond};
 use crate::surface_light::SurfaceLight;
 
@@ -115,7 +115,7 @@ impl Splat {
             for k in 0..2 {
                 let own = (at_m[k] / pitch_m[k] - 0.5).round() as i64;
                 let (mut low, mut high) = (own - reach[k] as i64, own + reach[k] as i64);
-                if let Some([near_m, far_m]) = self.extent_m(direction, above_m, k) {
+                if let Some([near_m, far_m]) = cone_extent_m(direction, above_m, self.sin2, k) {
                     low = low.max(((at_m[k] + near_m) / pitch_m[k] - 0.5).floor() as i64);
                     high = high.min(((at_m[k] + far_m) / pitch_m[k] - 0.5).ceil() as i64);
                 }
@@ -134,22 +134,5 @@ impl Splat {
             .filter(|beam| beam.flux > 0.0 && (0..2).all(|k| beam.low[k] <= beam.high[k]))
             .collect();
         (beams, (tiles, tail))
-    }
-
-    /// From where to where along x (0) or y (1) a beam's lobe lies on the floor, metres from the point below it: a cone about the beam
-    /// meets the floor in an ellipse. `None` if it is none.
-    fn extent_m(&self, [x, y, z]: [f64; 3], above_m: f64, k: usize) -> Option<[f64; 2]> {
-        let excess = z * z - self.sin2;
-        if z >= 0.0 || excess <= 1e-6 {
-            return None;
-        }
-        let along = [x, y][k];
-        let middle = above_m * along * -z / excess;
-        // Half axes: across the tilt D sin / sqrt(excess), along it D sin cos / excess, with the angle of the cone.
-        let across = above_m * above_m * self.sin2 / excess;
-        let stretch = (1.0 - self.sin2) / excess - 1.0;
-        let tilt2 = (x * x + y * y).max(f64::MIN_POSITIVE);
-        let half = (across * (1.0 + stretch * along * along / tilt2)).sqrt();
-        Some([middle - half, middle + half])
     }
 }

@@ -300,3 +300,65 @@ fn impossible_ponds_are_refused() {
     );
     refused(Pond { illumination: Illumination::Map(vec![1.0, 1.0, 1.0, -1.0]), ..ok() }, "(1, 1) is -1");
 }
+
+/// A coarse grid, supersampled, is the surface that it is samples of, up to their spacing; and a whole number of waves stays periodic.
+#[test]
+fn supersampling_finds_the_surface_between_samples() {
+    let off = |count: usize, factor: usize, outside: Outside| {
+        let fine = waves([count; 2], 0.004).supersampled(factor, outside).unwrap();
+        let truth = waves([count * factor; 2], 0.004);
+        assert_eq!(fine.size, truth.size);
+        // The middle: slopes are of lower order beside the edge of a pond that ends.
+        let side = fine.size[0];
+        let inner =
+            |s: &usize| [s % side, s / side].iter().all(|i| (3 * factor..side - 3 * factor).contains(i));
+        let error = |s: usize| (fine.heights_m[s] - truth.heights_m[s]).abs();
+        (0..side * side).filter(inner).map(error).fold(0.0, f64::max)
+    };
+    for outside in [Outside::Dark, Outside::Periodic] {
+        for factor in [2, 3] {
+            let (coarse, fine) = (off(32, factor, outside), off(64, factor, outside));
+            assert!(coarse < 1e-4 && fine < coarse / 12.0, "{outside:?}: {coarse} {fine}");
+        }
+    }
+    let heights = |values: Vec<f64>, outside| {
+        HeightField::from_rows(&[values], [1.0, 1.0]).unwrap().supersampled(2, outside).unwrap().heights_m
+    };
+    for ramp in [vec![1.0, 3.0], vec![1.0, 3.0, 5.0, 7.0, 9.0, 11.0]] {
+        let expected: Vec<f64> = (0..2 * ramp.len()).map(|i| i as f64 + 0.5).collect();
+        assert_eq!(heights(ramp, Outside::Dark)[..expected.len()], expected, "straight stays straight");
+    }
+    assert_eq!(heights(vec![2.0], Outside::Dark), [2.0; 4]);
+    assert_eq!(heights(vec![2.0; 3], Outside::Periodic), [2.0; 12]);
+    let surface = waves([5, 4], 0.004);
+    assert_eq!(surface.supersampled(1, Outside::Dark).unwrap(), surface);
+    assert!(surface.supersampled(4000, Outside::Dark).is_err());
+}
+
+/// A lobe that falls between the samples: over facets it is the integral, as a finer grid of the same waves has it.
+#[test]
+fn facets_resolve_a_lobe_narrower_than_the_samples() {
+    let water = Pond { scattering: 2000.0, ..pond(25.0) };
+    let grid = FloorGrid { size: [6, 5], corner_m: [0.3, 0.2], extent_m: [0.5, 0.6] };
+    let coarse = waves([40, 40], 0.004);
+    let of = |surface: &HeightField, samples: f64| {
+        let floor = exact_over_facets(surface, &water, grid, samples).unwrap();
+        assert_eq!((floor.grid, floor.irradiance.len()), (grid, 30));
+        assert!(floor.report.lobe_samples >= samples);
+        floor.irradiance
+    };
+    let truth = of(&waves([320, 320], 0.004), 2.0);
+    assert!(relative_rms(&of(&coarse, 2.0), &truth) < 3e-3);
+    assert!(relative_rms(&of(&coarse, 4.0), &of(&coarse, 2.0)) < 1e-3);
+    // Points of the grid as they are: dots.
+    let dots = |surface: &HeightField| exact(surface, &water, grid).unwrap().irradiance;
+    let error = relative_rms(&dots(&coarse), &dots(&waves([320, 320], 0.004)));
+    assert!(error > 0.1, "{error}");
+    // A map of light keeps its cells.
+    let lamp: Vec<f64> = (0..1600).map(|s| 1.0 + f64::from(s % 40 / 20)).collect();
+    let lit = Pond { illumination: Illumination::Map(lamp), ..water.clone() };
+    let lit = exact_over_facets(&coarse, &lit, grid, 2.0).unwrap().irradiance;
+    let ratio = |i: usize| lit[i] / of(&coarse, 2.0)[i];
+    assert!(relative(ratio(0), 1.0) < 1e-9 && relative(ratio(5), 2.0) < 1e-9, "{} {}", ratio(0), ratio(5));
+    assert!(exact_over_facets(&coarse, &water, grid, f64::NAN).is_err());
+}

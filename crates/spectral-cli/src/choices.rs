@@ -1,4 +1,4 @@
-//! Options that take one of a few names. A name that we know and have not built says so.
+//! Options that take one of a few names.
 
 use std::fmt;
 use std::str::FromStr;
@@ -57,7 +57,7 @@ impl FromStr for Method {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(text, &Self::ALL.map(|m| (m.name(), m)), &[])
+        choose(text, &Self::ALL.map(|m| (m.name(), m)))
     }
 }
 
@@ -81,7 +81,7 @@ impl FromStr for Backend {
     fn from_str(text: &str) -> Result<Self, String> {
         let built =
             [("auto", Self::Auto), ("cpu", Self::Cpu), ("wgpu", Self::Wgpu), ("vulkan", Self::Vulkan)];
-        choose(text, &built, &[])
+        choose(text, &built)
     }
 }
 
@@ -93,7 +93,7 @@ impl FromStr for Way {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(text, &Refraction::ALL.map(|r| (r.name(), r)), &[]).map(Self)
+        choose(text, &Refraction::ALL.map(|r| (r.name(), r))).map(Self)
     }
 }
 
@@ -113,7 +113,7 @@ impl FromStr for Gaps {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(text, &GAP_FILLINGS, &[]).map(Self)
+        choose(text, &GAP_FILLINGS).map(Self)
     }
 }
 
@@ -126,7 +126,7 @@ impl FromStr for Fit {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let built = [("receivers", MapFit::Receivers), ("landings", MapFit::Landings)];
-        choose(text, &built, &[]).map(Self)
+        choose(text, &built).map(Self)
     }
 }
 
@@ -139,7 +139,7 @@ impl FromStr for Glass {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let built = [("straight", GlassView::Straight), ("deferred", GlassView::Deferred)];
-        choose(text, &built, &[]).map(Self)
+        choose(text, &built).map(Self)
     }
 }
 
@@ -153,7 +153,7 @@ impl FromStr for Reflected {
     fn from_str(text: &str) -> Result<Self, String> {
         let built =
             [("none", Reflections::None), ("mirrors", Reflections::Mirrors), ("all", Reflections::All)];
-        choose(text, &built, &[]).map(Self)
+        choose(text, &built).map(Self)
     }
 }
 
@@ -166,7 +166,7 @@ impl FromStr for Rule {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let built = [("fresnel", RefractionRule::Fresnel), ("glsl", RefractionRule::Glsl)];
-        choose(text, &built, &[]).map(Self)
+        choose(text, &built).map(Self)
     }
 }
 
@@ -180,14 +180,21 @@ pub(crate) enum PondMethod {
     LowRank,
     /// Direct summation.
     Exact,
+    /// The water as a refractor, by spectral footprints.
+    Photon,
 }
 
 impl FromStr for PondMethod {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let built = [("convolution", Self::Convolution), ("low-rank", Self::LowRank), ("exact", Self::Exact)];
-        choose(text, &built, &["photon"])
+        let built = [
+            ("convolution", Self::Convolution),
+            ("low-rank", Self::LowRank),
+            ("exact", Self::Exact),
+            ("photon", Self::Photon),
+        ];
+        choose(text, &built)
     }
 }
 
@@ -241,7 +248,7 @@ impl FromStr for Precision {
                 .map(Self::Fixed)
                 .ok_or_else(|| format!("fixed point has {least} to {most} bits: fixed8, fixed12"));
         }
-        match choose(text, &[("f16", Self::F16), ("f32", Self::F32), ("f64", Self::F64)], &[]) {
+        match choose(text, &[("f16", Self::F16), ("f32", Self::F32), ("f64", Self::F64)]) {
             Ok(precision) => Ok(precision),
             Err(problem) => Err(format!("{problem}, fixed8, fixed12")),
         }
@@ -257,7 +264,7 @@ impl FromStr for Sums {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let built = [("per-term", Accumulation::PerTerm), ("per-tap", Accumulation::PerTap)];
-        choose(text, &built, &[]).map(Self)
+        choose(text, &built).map(Self)
     }
 }
 
@@ -274,15 +281,14 @@ impl FromStr for Dispersed {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(text, &[("on", Self::On), ("off", Self::Off), ("auto", Self::Auto)], &[])
+        choose(text, &[("on", Self::On), ("off", Self::Off), ("auto", Self::Auto)])
     }
 }
 
-fn choose<T: Copy>(text: &str, built: &[(&str, T)], planned: &[&str]) -> Result<T, String> {
+fn choose<T: Copy>(text: &str, built: &[(&str, T)]) -> Result<T, String> {
     if let Some((_, value)) = built.iter().find(|(name, _)| *name == text) {
         return Ok(*value);
     }
     let names = built.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(", ");
-    let problem = if planned.contains(&text) { "not built yet" } else { "no such name" };
-    Err(format!("{problem}; there is: {names}"))
+    Err(format!("no such name; there is: {names}"))
 }

@@ -3,11 +3,12 @@
 mod color;
 mod method;
 mod output;
+mod photon;
 mod planned;
 
 use std::path::{Path, PathBuf};
 
-use caustic_heightfield::{FloorReport, HeightField, Moment, PondScene};
+use caustic_heightfield::{FloorReport, HeightField, Moment, Pond, PondScene, SurfaceReport};
 use clap::Args;
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -129,7 +130,11 @@ pub(crate) fn run(args: &PondArgs) -> Result<(), CliError> {
     })?;
     drop(progress);
     times.did("floor");
-    let warnings = warnings(first.as_ref(), args.how.method, &frames, examples[0].heights_m.len());
+    let samples = examples[0].heights_m.len();
+    let warnings = match args.how.method {
+        PondMethod::Photon => photon_warnings(&scene.pond, first.as_ref()),
+        method => warnings(first.as_ref(), method, &frames, samples),
+    };
     warnings.iter().for_each(|warning| messages::warn(warning));
     let Some(stats_file) = stats_file else { return Ok(()) };
     let stats = PondStats {
@@ -184,6 +189,24 @@ fn open(path: Option<&Path>) -> Result<(PondScene, PathBuf), CliError> {
     Ok((scene, path.parent().map(Path::to_path_buf).unwrap_or_default()))
 }
 
+/// What a user should know about a floor below a mesh of water.
+fn photon_warnings(pond: &Pond, first: Option<&FloorReport>) -> Vec<String> {
+    let mut warnings = vec![format!(
+        "--method photon: this water is clear; the scattering exponent a = {} of the pond is left out",
+        pond.scattering
+    )];
+    let past_45 = first.map(|report| report.surface).filter(|surface| surface.past_45_degrees > 0);
+    warnings.extend(past_45.map(|surface| steep(&surface)));
+    warnings
+}
+
+fn steep(surface: &SurfaceReport) -> String {
+    let (count, samples) = (surface.past_45_degrees, surface.samples);
+    format!(
+        "{count} of {samples} samples of the surface are steeper than 45 degrees, where water is no height field"
+    )
+}
+
 /// What a user should know about this floor.
 fn warnings(
     first: Option<&FloorReport>,
@@ -194,8 +217,10 @@ fn warnings(
     let Some(report) = first else { return Vec::new() };
     let surface = &report.surface;
     let mut warnings = Vec::new();
+    if surface.past_45_degrees > 0 {
+        warnings.push(steep(surface));
+    }
     let counts = [
-        (surface.past_45_degrees, "are steeper than 45 degrees, where water is no height field"),
         (surface.turned_away, "are turned away from the light, and dark"),
         (surface.self_shadowed, "are behind a crest, and dark"),
         (surface.totally_reflected, "reflect all light"),

@@ -1,14 +1,15 @@
-//! The pond: the plans of both methods on every executor, held against each other and against the integral in f64.
+//! The pond: the plans of its methods on every executor, held against each other and against the integral in f64.
 
 use std::time::Instant;
 
 use caustic_heightfield::{
-    Convolution, ConvolutionSettings, FloorGrid, HeightField, LowRank, LowRankSettings, PlanSettings, Pond,
-    PondError, PondPlan, exact, relative_rms,
+    Convolution, ConvolutionSettings, FloorGrid, HeightField, LowRank, LowRankSettings, Photon, PhotonPlan,
+    PhotonSettings, PlanSettings, Pond, PondError, PondPlan, exact, exact_over_facets, relative_rms,
 };
-use frame_plan::{DeviceInfo, Executor};
+use frame_plan::{DeviceInfo, Executor, Limits};
 use serde_json::{Value, json};
-use xtask::executors::POND_EXECUTORS;
+use spectral_core::rgb::D65_WHITE_XYZ;
+use xtask::executors::{EXECUTORS, POND_EXECUTORS};
 use xtask::metrics::Map;
 use xtask::ponds::{EXTENT_M, PONDS, PondSubject, fault, light, spoiled};
 use xtask::sabotage::Sabotage;
@@ -19,6 +20,10 @@ use super::report::{Check, Control, PictureRow, Report, SceneEntry, difference, 
 const PARITY: f64 = 1e-5;
 /// Most relative RMS of low-rank terms, which are asked for 1 %, against the integral.
 const LOW_RANK: f64 = 0.011;
+/// Most relative RMS of light through a mesh of water against the integral of nearly clear water, in texel means.
+const PHOTON: f64 = 0.05;
+/// Exponent of that water's lobe, per square of the samples across the pond: a tenth of a texel.
+const CLEAR: f64 = 5.0;
 /// Least relative deviation from the mean of a floor with waves above it.
 const VARIES: f64 = 0.01;
 /// Name of the integral in checks.
@@ -29,16 +34,19 @@ pub(super) struct PondContender {
     name: &'static str,
     info: DeviceInfo,
     executor: Box<dyn Executor>,
+    /// The same with the passes of scenes.
+    of_scenes: Box<dyn Executor>,
 }
 
 /// Those of the executors that ran so far, by their names, started anew for the pond.
 pub(super) fn contenders(names: &[&str], report: &mut Report) -> Vec<PondContender> {
     let mut contenders = Vec::new();
     for candidate in POND_EXECUTORS.iter().filter(|candidate| names.contains(&candidate.name)) {
-        match (candidate.open)(None) {
-            Ok(executor) => {
+        let scenes = EXECUTORS.iter().find(|scenes| scenes.id == candidate.id).unwrap_or(candidate);
+        match (candidate.open)(None).and_then(|executor| Ok((executor, (scenes.open)(None)?))) {
+            Ok((executor, of_scenes)) => {
                 let info = executor.info().clone();
-                contenders.push(PondContender { name: candidate.name, info, executor });
+                contenders.push(PondContender { name: candidate.name, info, executor, of_scenes });
             }
             Err(error) => report.checks.push(failed("pond", "all", candidate.name, error.to_string())),
         }
@@ -88,17 +96,105 @@ fn compare_methods(
     };
     let mut rows = Vec::new();
     for (method, plan, bound) in plans(&surface, &pond)? {
+        let plan = Planned::Pond(Box::new(plan), &surface);
+        let held = Held { method, plan, bound, side };
+        rows.push(held.compare(subject, &integral, sabotage, contenders, report));
+    }
+    // A part of the floor: the integral of narrow lobes takes long.
+    let half = FloorGrid {
+        size: [side / 2; 2],
+        corner_m: EXTENT_M.map(|m| 0.3 * m),
+        extent_m: EXTENT_M.map(|m| 0.5 * m),
+    };
+    let clear = Pond { scattering: CLEAR * (side * side) as f64, ..pond };
+    let irradiance = exact_over_facets(&surface, &clear, half, 2.0)?.irradiance;
+    let integral = Floor { irradiance: white(&irradiance), ..integral };
+    let limits = Limits::default();
+    let plan = Photon::new(&clear, PhotonSettings::default())?.plan(&surface, half, &limits)?;
+    let plan = Planned::Photon(Box::new(plan));
+    let held = Held { method: "photon", plan, bound: Some(PHOTON), side: side / 2 };
+    rows.push(held.compare(subject, &integral, sabotage, contenders, report));
+    Ok(rows)
+}
+
+/// A plan that gives a floor.
+#[derive(Clone)]
+enum Planned<'a> {
+    Pond(Box<PondPlan>, &'a HeightField),
+    Photon(Box<PhotonPlan>),
+}
+
+impl Planned<'_> {
+    fn spoiled(&self, sabotage: Sabotage) -> Self {
+        match self {
+            Self::Pond(plan, surface) => Self::Pond(Box::new(spoiled(plan, sabotage)), surface),
+            Self::Photon(plan) => {
+                let mut spoiled = plan.clone();
+                spoiled.bake = sabotage.spoil(&plan.bake);
+                Self::Photon(spoiled)
+            }
+        }
+    }
+
+    const fn fault(&self, sabotage: Sabotage) -> &'static str {
+        match self {
+            Self::Pond(..) => fault(sabotage),
+            Self::Photon(_) => sabotage.description(),
+        }
+    }
+
+    /// Irradiance; of photons X, Y and Z, one plane after the other.
+    fn floor(&self, contender: &mut PondContender) -> Result<Vec<f64>, PondError> {
+        match self {
+            Self::Pond(plan, surface) => {
+                Ok(light(plan, surface, contender.executor.as_mut())?.light.irradiance)
+            }
+            Self::Photon(plan) => {
+                let executor = contender.of_scenes.as_mut();
+                executor.prepare(&plan.bake.plan)?;
+                executor.execute()?;
+                let xyz = plan.read(executor)?.xyz;
+                Ok((0..3).flat_map(|c| xyz.iter().map(move |xyz| xyz[c])).collect())
+            }
+        }
+    }
+}
+
+/// As planes of X, Y and Z.
+fn white(irradiance: &[f64]) -> Vec<f64> {
+    D65_WHITE_XYZ.iter().flat_map(|w| irradiance.iter().map(move |y| w * y)).collect()
+}
+
+/// A method's plan, and what it is held to.
+struct Held<'a> {
+    method: &'static str,
+    plan: Planned<'a>,
+    bound: Option<f64>,
+    /// Texels across the floor.
+    side: usize,
+}
+
+impl Held<'_> {
+    fn compare(
+        &self,
+        subject: &PondSubject,
+        integral: &Floor,
+        sabotage: Option<Sabotage>,
+        contenders: &mut [PondContender],
+        report: &mut Report,
+    ) -> PictureRow {
+        let Self { method, plan, bound, side } = self;
         let mut floors = Vec::new();
         let last = contenders.len().saturating_sub(1);
         for (i, contender) in contenders.iter_mut().enumerate() {
             let fault = sabotage.filter(|_| i == last);
             report.spoiled_plans += usize::from(fault.is_some());
-            let given = fault.map_or_else(|| plan.clone(), |fault| spoiled(&plan, fault));
-            match light(&given, &surface, contender.executor.as_mut()) {
-                Ok(frame) => floors.push(Floor {
+            let given = fault.map_or_else(|| plan.clone(), |fault| plan.spoiled(fault));
+            match given.floor(contender) {
+                Ok(irradiance) => floors.push(Floor {
                     name: contender.name,
                     device: Some(contender.info.clone()),
-                    irradiance: frame.light.irradiance,
+                    irradiance,
                 }),
                 Err(error) => {
                     report.checks.push(failed(subject.name, method, contender.name, error.to_string()));
@@ -107,24 +203,23 @@ fn compare_methods(
         }
         for (i, a) in floors.iter().enumerate() {
             for b in &floors[i + 1..] {
-                check(subject, method, a, b, Some(parity(a, b)), side, report);
+                check(subject, method, a, b, Some(parity(a, b)), *side, report);
             }
-            check(subject, method, a, &integral, bound, side, report);
+            check(subject, method, a, integral, *bound, *side, report);
         }
         // A spoiled executor is no measure for controls.
         if let (None, Some(contender), Some(good)) = (sabotage, contenders.first_mut(), floors.first()) {
-            control_plans(subject, method, (&plan, &surface), good, contender, report);
+            control_plans(subject, method, plan, good, contender, report);
         }
-        rows.push(pictures(method, &floors, &integral, side));
+        pictures(method, &floors, integral, *side)
     }
-    Ok(rows)
 }
 
 /// A method's name, its plan, and the most that it may be from the integral, if anything.
-type Planned = (&'static str, PondPlan, Option<f64>);
+type Named = (&'static str, PondPlan, Option<f64>);
 
 /// Both methods' plans.
-fn plans(surface: &HeightField, pond: &Pond) -> Result<[Planned; 2], PondError> {
+fn plans(surface: &HeightField, pond: &Pond) -> Result<[Named; 2], PondError> {
     let settings = PlanSettings::default();
     let terms = LowRank::<f32>::new(std::slice::from_ref(surface), pond, LowRankSettings::default())?;
     let paper = Convolution::<f32>::new(surface.size, EXTENT_M, pond, ConvolutionSettings::default())?;
@@ -212,28 +307,32 @@ const FAULTS: [(&str, Spoil); 4] = [
 fn control_plans(
     subject: &PondSubject,
     method: &str,
-    (plan, surface): (&PondPlan, &HeightField),
+    plan: &Planned<'_>,
     good: &Floor,
     contender: &mut PondContender,
     report: &mut Report,
 ) {
     for sabotage in Sabotage::ALL {
-        let failed = match light(&spoiled(plan, sabotage), surface, contender.executor.as_mut()) {
-            Ok(frame) => !judge(&frame.light.irradiance, &good.irradiance, Some(PARITY)).1.is_empty(),
+        let failed = match plan.spoiled(sabotage).floor(contender) {
+            Ok(floor) => !judge(&floor, &good.irradiance, Some(PARITY)).1.is_empty(),
             // A plan without one of its passes may be refused: noticed as well.
             Err(_) => true,
         };
         report
             .controls
-            .push(Control { name: format!("{} {method}: {}", subject.name, fault(sabotage)), failed });
+            .push(Control { name: format!("{} {method}: {}", subject.name, plan.fault(sabotage)), failed });
     }
 }
 
 /// Everyone's floors side by side, with what the first lacks to the integral.
 fn pictures(method: &str, floors: &[Floor], integral: &Floor, side: usize) -> PictureRow {
-    let brightest = integral.irradiance.iter().copied().fold(0.0, f64::max);
+    let texels = side * side;
+    // The only plane, or Y of three.
+    let y_of =
+        |floor: &Floor| floor.irradiance.chunks(texels).take(2).next_back().unwrap_or_default().to_vec();
+    let brightest = y_of(integral).into_iter().fold(0.0, f64::max);
     let white = |floor: &Floor| -> Vec<[f32; 3]> {
-        floor.irradiance.iter().map(|&y| [0.950_47, 1.0, 1.088_83].map(|w| (w * y) as f32)).collect()
+        y_of(floor).into_iter().map(|y| D65_WHITE_XYZ.map(|w| (w * y) as f32)).collect()
     };
     let size = [side; 2];
     let reference = white(integral);

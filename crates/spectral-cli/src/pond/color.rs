@@ -1,5 +1,6 @@
 //! One index of refraction or several wavelengths: which, and the floor that comes of it.
 
+use asm_core::Settings;
 use caustic_heightfield::{
     Bands, FloorLight, FloorReport, HeightField, Pond, PondError, PondScene, Spread, VISIBLE_TEXELS,
 };
@@ -8,8 +9,8 @@ use serde::Serialize;
 use serde_json::Value;
 use spectral_core::rgb::D65_WHITE_XYZ;
 
-use super::method::{Method, MethodArgs};
-use crate::choices::Dispersed;
+use super::method::{Floor, Method, MethodArgs};
+use crate::choices::{Dispersed, PondMethod};
 use crate::error::CliError;
 use crate::messages;
 use crate::values;
@@ -23,7 +24,7 @@ pub(crate) struct ColorArgs {
     /// on with --wavelengths].
     #[arg(long, value_name = "WHEN")]
     dispersion: Option<Dispersed>,
-    /// Wavelengths that light is computed at [default: 7].
+    /// Wavelengths that light is computed at [default: 7; 3 for photon, which has all colours between them].
     #[arg(long, value_name = "N", value_parser = values::traced_wavelengths, allow_negative_numbers = true)]
     wavelengths: Option<usize>,
 }
@@ -38,6 +39,7 @@ pub(super) struct DispersionStats {
     spread: Spread,
     /// Texels from which that is visible.
     visible_from_texels: f64,
+    /// Of a method that is asked for one after the other.
     bands: Option<Bands>,
 }
 
@@ -98,8 +100,11 @@ impl ColorArgs {
                 )
             }
         };
-        let count = self.wavelengths.unwrap_or(DEFAULT_WAVELENGTHS);
-        let bands = on.then(|| Bands::of_water(pond, &scene.spectrum, count)).transpose();
+        let photon = how.method == PondMethod::Photon;
+        let default =
+            if photon { Settings::default().wavelength_count() as usize } else { DEFAULT_WAVELENGTHS };
+        let count = self.wavelengths.unwrap_or(default);
+        let bands = (on && !photon).then(|| Bands::of_water(pond, &scene.spectrum, count)).transpose();
         let bands = bands.map_err(CliError::failed)?;
         let ponds: Vec<Pond> = match &bands {
             Some(bands) => bands.ponds(pond).collect(),
@@ -110,8 +115,11 @@ impl ColorArgs {
                 "{because}: light is computed at {count} wavelengths; --dispersion off for one index"
             ));
         }
-        let methods =
-            ponds.iter().map(|pond| how.prepare(examples, pond, measured)).collect::<Result<_, _>>()?;
+        let methods = if photon {
+            vec![how.photon(scene, &examples[0], on.then_some(self.wavelengths))?]
+        } else {
+            ponds.iter().map(|pond| how.prepare(examples, pond, measured)).collect::<Result<_, _>>()?
+        };
         let stats = DispersionStats { on, because, spread, visible_from_texels: VISIBLE_TEXELS, bands };
         Ok(ColorMethod { methods, stats })
     }
@@ -131,20 +139,21 @@ impl ColorMethod {
     /// # Errors
     /// What the method says.
     pub(super) fn floor(&self, surface: &HeightField) -> Result<Image, CliError> {
-        let mut outside = 0;
-        let mut of = |band: usize| -> Result<FloorLight, PondError> {
-            let floor = self.methods[band].floor(surface)?;
-            outside += floor.outside;
-            Ok(floor.light)
-        };
-        let (grid, pixels, report) = match &self.stats.bands {
+        let (grid, pixels, report, outside) = match &self.stats.bands {
             Some(bands) => {
+                let mut outside = 0;
+                let of = |band: usize| -> Result<FloorLight, PondError> {
+                    let floor = self.methods[band].floor(surface)?;
+                    outside += floor.outside;
+                    Ok(floor.light)
+                };
                 let color = bands.color(of).map_err(CliError::failed)?;
-                (color.grid, Pixels::Xyz(color.xyz), color.report)
+                (color.grid, Pixels::Xyz(color.xyz), color.report, outside)
             }
             None => {
-                let light = of(0).map_err(CliError::failed)?;
-                (light.grid, Pixels::Y(light.irradiance), light.report)
+                let Floor { light, outside, xyz } =
+                    self.methods[0].floor(surface).map_err(CliError::failed)?;
+                (light.grid, xyz.map_or(Pixels::Y(light.irradiance), Pixels::Xyz), light.report, outside)
             }
         };
         Ok(Image { size: grid.size, pixels, report, outside })

@@ -15,7 +15,7 @@ use crate::values;
 
 #[derive(Debug, Args)]
 pub(crate) struct MethodArgs {
-    /// How light is computed: convolution (the paper's), low-rank or exact.
+    /// How light is computed: convolution (the paper's), low-rank, exact, or photon (the water as a refractor, which scatters nothing).
     #[arg(long, value_name = "METHOD", default_value = "low-rank")]
     pub(super) method: PondMethod,
     /// What it is computed in: f32 or f64; for convolution also f16, fixed8, fixed12, any fixed4 to fixed16 [default: f64 for exact,
@@ -50,6 +50,14 @@ pub(super) struct Floor {
     /// Values that were not as those of the surfaces that the method was made for: states of low-rank's table that were taken to be the
     /// nearest, or numbers that a frame buffer clamped.
     pub(super) outside: usize,
+    /// XYZ, of a method that has all wavelengths at once.
+    pub(super) xyz: Option<Vec<[f64; 3]>>,
+}
+
+impl From<FloorLight> for Floor {
+    fn from(light: FloorLight) -> Self {
+        Self { light, outside: 0, xyz: None }
+    }
 }
 
 impl Method {
@@ -71,10 +79,13 @@ impl MethodArgs {
         let is_plan = self.method != PondMethod::Exact && is_f32;
         match self.method {
             _ if !is_plan && let Some(option) = self.device.given() => Err(CliError::Usage(format!(
-                "{option} is for plans, which are --precision f32 with --method convolution or low-rank"
+                "{option} is for plans, which are --precision f32 with --method convolution, low-rank or photon"
             ))),
             PondMethod::Exact if self.precision.is_some_and(|p| p != Precision::F64) => {
                 usage("--precision: --method exact is what others are held against, and is f64")
+            }
+            PondMethod::Photon if !is_f32 => {
+                usage("--precision: --method photon traces light in f32 and in nothing else")
             }
             PondMethod::LowRank if self.precision.is_some_and(Precision::is_frame_buffer) => {
                 usage("--precision f16 and fixed point are for --method convolution")
@@ -93,7 +104,7 @@ impl MethodArgs {
         }
     }
 
-    /// The method for surfaces like these; `measured` asks what a frame buffer's format costs, against f64.
+    /// The method for surfaces like these at one index of refraction; `measured` asks what a frame buffer's format costs, against f64.
     ///
     /// # Errors
     /// What the method says.
@@ -116,16 +127,14 @@ impl MethodArgs {
         let (details, floor): (Value, Box<Floors>) = match self.method {
             PondMethod::Exact => {
                 let pond = pond.clone();
-                let floor = move |surface: &HeightField| {
-                    Ok(Floor { light: exact(surface, &pond, FloorGrid::below(surface))?, outside: 0 })
-                };
+                let floor =
+                    move |surface: &HeightField| Ok(exact(surface, &pond, FloorGrid::below(surface))?.into());
                 (Value::Null, Box::new(floor))
             }
             PondMethod::Convolution => {
                 let method = self.convolution::<f64>(&examples[0], pond)?;
                 let details = json!({ "kernel_samples": self.kernel, "fft": method.is_fft() });
-                let floor =
-                    move |surface: &HeightField| Ok(Floor { light: method.floor(surface)?, outside: 0 });
+                let floor = move |surface: &HeightField| Ok(method.floor(surface)?.into());
                 (details, Box::new(floor))
             }
             PondMethod::LowRank => {
@@ -133,10 +142,11 @@ impl MethodArgs {
                 let details = json!(method.report());
                 let floor = move |surface: &HeightField| {
                     let (light, outside) = method.floor(surface)?;
-                    Ok(Floor { light, outside })
+                    Ok(Floor { outside, ..light.into() })
                 };
                 (details, Box::new(floor))
             }
+            PondMethod::Photon => return Err(PondError::Photon { what: "f64; take f32" }),
         };
         Ok(Method { details, floor })
     }
@@ -160,7 +170,7 @@ impl MethodArgs {
         }
         let floor = move |surface: &HeightField| {
             let floor = method.floor(surface)?;
-            Ok(Floor { light: floor.light, outside: floor.clamped })
+            Ok(Floor { outside: floor.clamped, ..floor.light.into() })
         };
         Ok(Method { details, floor: Box::new(floor) })
     }

@@ -3,10 +3,11 @@
 use std::cell::RefCell;
 
 use caustic_heightfield::{HeightField, PlanSettings, Pond, PondPlan};
+use frame_plan::Executor;
 use serde_json::{Value, json};
 
 use super::method::{Floor, Method, MethodArgs};
-use crate::backend::{self, Chosen, PONDS};
+use crate::backend::{self, Chosen, PONDS, Programs};
 use crate::choices::PondMethod;
 use crate::error::CliError;
 use crate::messages;
@@ -32,19 +33,29 @@ impl MethodArgs {
         }
         let floor = move |surface: &HeightField| {
             let (light, outside) = method.floor(surface)?;
-            Ok(Floor { light, outside })
+            Ok(Floor { outside, ..light.into() })
         };
         Ok(Method { details, floor: Box::new(floor) })
     }
 
-    fn prepared(&self, plan: PondPlan, mut details: Value) -> Result<Method, CliError> {
-        let Chosen { mut executor, reason } = backend::choose(&self.device, &PONDS)?;
-        executor.prepare(&plan.plan).map_err(CliError::failed)?;
+    /// What the options ask for, for these programs; `details` says what it is.
+    pub(super) fn executor(
+        &self,
+        programs: &Programs,
+        details: &mut Value,
+    ) -> Result<Box<dyn Executor>, CliError> {
+        let Chosen { executor, reason } = backend::choose(&self.device, programs)?;
         let info = executor.info();
         details["backend"] = json!(info.executor);
         details["backend_reason"] = json!(reason);
         details["device"] = json!(info.device);
         details["driver"] = json!(info.driver);
+        Ok(executor)
+    }
+
+    fn prepared(&self, plan: PondPlan, mut details: Value) -> Result<Method, CliError> {
+        let mut executor = self.executor(&PONDS, &mut details)?;
+        executor.prepare(&plan.plan).map_err(CliError::failed)?;
         let executor = RefCell::new(executor);
         let floor = move |surface: &HeightField| {
             let mut executor = executor.borrow_mut();
@@ -57,7 +68,7 @@ impl MethodArgs {
                     frame.upward_beams
                 ));
             }
-            Ok(Floor { light: frame.light, outside: frame.outside_states })
+            Ok(Floor { outside: frame.outside_states, ..frame.light.into() })
         };
         Ok(Method { details, floor: Box::new(floor) })
     }

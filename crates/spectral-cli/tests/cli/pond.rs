@@ -1,9 +1,10 @@
 //! `spectral pond`: floors of the default and of given ponds, and what goes wrong.
 
+use std::f64::consts::TAU;
 use std::fs;
 use std::path::Path;
 
-use caustic_heightfield::{HeightField, relative_rms};
+use caustic_heightfield::{FloorGrid, HeightField, Pond, exact_over_facets, relative_rms};
 
 use crate::program::{files_in, spectral, spectral_in};
 
@@ -105,6 +106,72 @@ fn a_pond_comes_from_a_file() {
     spectral_in(folder.path(), "pond --scene flat.json --method exact -o e.exr").done();
     assert_eq!(floor(folder.path(), "e.exr").size, [7, 5]);
     spectral_in(folder.path(), "pond --scene flat.json --size 9 -o e.exr").bad_usage(&["--size 9", "leave"]);
+}
+
+/// Water as a refractor: nearly what is summed where the lobe is narrow, in grey or with all colours, frame after frame.
+#[test]
+fn photons_go_through_the_water() {
+    let folder = tempfile::tempdir().expect("folder");
+    let clear = r#"{"surface": {"waves": [{"amplitude_m": 0.004, "cycles": [3.0, 2.0], "frequency_rad_s": 9.0}]},
+        "pond": {"scattering": 500.0, "light_direction": [0.36, 0.0, -1.0]}}"#;
+    fs::write(folder.path().join("clear.json"), clear).expect("written");
+    let run = |options: &str| {
+        let command = format!("pond --scene clear.json --size 32 {options} --stats s.json");
+        (spectral_in(folder.path(), &command).done(), stats(folder.path()))
+    };
+    let y = |options: &str| {
+        let (ran, stats) = run(&format!("{options} -o e.exr"));
+        (floor(folder.path(), "e.exr").heights_m, ran.stderr, stats)
+    };
+    let (photon, said, stats) = y("--method photon --backend cpu");
+    assert!(said.contains("a = 500") && said.lines().count() == 1, "{said}");
+    // The same surface and light by direct summation, with a lobe a tenth of a texel wide.
+    let surface =
+        HeightField::from_fn([32, 32], [1.0, 1.0], |x, y| 0.004 * (TAU * (3.0 * x + 2.0 * y)).sin());
+    let surface = surface.expect("waves");
+    let water = Pond { scattering: 5000.0, light_direction: [0.36, 0.0, -1.0], ..Pond::default() };
+    let exact = exact_over_facets(&surface, &water, FloorGrid::below(&surface), 2.0).expect("a floor");
+    let error = relative_rms(&photon, &exact.irradiance);
+    assert!(error < 0.03, "{error}");
+    let details = &stats["details"];
+    assert_eq!((&details["backend"], &details["facets_per_sample"]), (&"cpu".into(), &2.into()));
+    assert_eq!((&details["wavelengths"], &stats["precision"]), (&1.into(), &"f32".into()));
+
+    let (_, stats) = run("--method photon --dispersion on --backend cpu -o c.exr");
+    assert_eq!(stats["details"]["wavelengths"], 3);
+    assert!(stats["dispersion"]["bands"].is_null() && stats["dispersion"]["on"] == true, "{stats}");
+    let image = exr::prelude::read_first_flat_layer_from_file(folder.path().join("c.exr")).expect("an EXR");
+    assert_eq!(image.layer_data.channel_data.list.len(), 3);
+    let in_color: Vec<f64> =
+        image.layer_data.channel_data.list[1].sample_data.values_as_f32().map(f64::from).collect();
+    let difference = relative_rms(&in_color, &photon);
+    assert!(difference > 1e-5 && difference < 0.01, "{difference}");
+
+    run("--method photon --backend cpu --frames 3 --step 0.1 -o f#.exr");
+    let frames = [0, 1, 2].map(|i| floor(folder.path(), &format!("f{i}.exr")).heights_m);
+    assert_eq!(frames[0], photon);
+    assert!(relative_rms(&frames[2], &frames[0]) > 0.02 && relative_rms(&frames[1], &frames[2]) > 0.02);
+}
+
+#[test]
+fn photons_know_no_more_than_they_say() {
+    let folder = tempfile::tempdir().expect("folder");
+    for (pond, words) in [
+        (r#"{"form": "paper"}"#, "take physical"),
+        (r#"{"ior_above": 1.5}"#, "dense to the thin"),
+        (r#"{"depth_m": 0.0}"#, "above the floor"),
+    ] {
+        let scene = format!(r#"{{"surface": {{"rows": [[0.0, 0.0], [0.0, 0.0]]}}, "pond": {pond}}}"#);
+        fs::write(folder.path().join("pond.json"), scene).expect("written");
+        spectral_in(folder.path(), "pond --scene pond.json --method photon -o e.exr").failed(&[words]);
+    }
+    for precision in ["f64", "f16", "fixed8"] {
+        spectral(&format!("pond --method photon --precision {precision} -o e.exr"))
+            .bad_usage(&["--method photon", "f32"]);
+    }
+    spectral("pond --method photon --kernel 7 -o e.exr").bad_usage(&["--kernel is for --method convolution"]);
+    spectral("pond --method photon --wavelengths 7 -o e.exr").bad_usage(&["--wavelengths 7", "1 to 4"]);
+    assert_eq!(files_in(folder.path()), ["pond.json"]);
 }
 
 fn stats(folder: &Path) -> serde_json::Value {
@@ -253,7 +320,7 @@ fn what_is_doubtful_is_said() {
 
 #[test]
 fn what_makes_no_sense_is_refused() {
-    spectral("pond --method photon -o e.exr").bad_usage(&["convolution, low-rank, exact"]);
+    spectral("pond --method photons -o e.exr").bad_usage(&["convolution, low-rank, exact, photon"]);
     spectral("pond --precision f128 -o e.exr").bad_usage(&["f32, f64"]);
     spectral("pond --precision fixed3 -o e.exr").bad_usage(&["4 to 16 bits"]);
     spectral("pond --precision fixed8 -o e.exr").bad_usage(&["--precision", "--method convolution"]);
