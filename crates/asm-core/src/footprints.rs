@@ -41,9 +41,9 @@ const MOST_CELLS: u32 = 1 << 16;
 /// Patches that a queue holds.
 const CAPACITY: u32 = 4096;
 
-/// Cells of the emission view, squared, for each tile along a side of it. Every tile has queues of its own, so that memory does not
-/// grow with what has to be split, which does with the cells. Every tile takes dispatches of its own, too: one does for 64 x 64 cells.
-const CELLS_PER_TILE: u32 = 64 * 128;
+/// Cells along a side of a tile, while there are not too many of them. Every tile has queues of its own, so that memory does not grow
+/// with what has to be split, which does with the cells. Every tile takes dispatches of its own, too.
+const TILE_SIDE: u32 = 32;
 
 /// Most tiles along a side.
 const MOST_TILES: u32 = 8;
@@ -91,7 +91,7 @@ impl Footprints {
         let places = u64::from(texels) + 2 * u64::from(PATCH_PLACES * CAPACITY);
         let paths = places * nodes;
         let cells = settings.emission_size - 1;
-        let tiles_across = cells.pow(2).div_ceil(CELLS_PER_TILE).clamp(1, MOST_TILES);
+        let tiles_across = cells.div_ceil(TILE_SIDE).clamp(1, MOST_TILES);
         let tile_side = cells.div_ceil(tiles_across);
         let splits = u64::from(tile_side.pow(2).max(PATCH_CELLS * CAPACITY));
         let queues = u64::from(tiles_across.pow(2) * rounds);
