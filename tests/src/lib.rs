@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use asm_core::{BakePlan, Method, Reflections, Settings};
 use frame_plan::{Executor, Limits};
-use xtask::executors::{Candidate, EXECUTORS, POND_EXECUTORS};
+use xtask::executors::{Candidate, EXECUTORS, POND_EXECUTORS, PRT_EXECUTORS};
 use xtask::subject::Subject;
 
 /// Set to 1, a missing executor is reported and skipped instead of failing the test.
@@ -34,6 +34,15 @@ pub fn executors() -> Vec<(&'static str, Box<dyn Executor>)> {
 #[must_use]
 pub fn pond_executors() -> Vec<(&'static str, Box<dyn Executor>)> {
     opened(POND_EXECUTORS)
+}
+
+/// Start every executor of the project for relighting.
+///
+/// # Panics
+/// As [`executors`].
+#[must_use]
+pub fn prt_executors() -> Vec<(&'static str, Box<dyn Executor>)> {
+    opened(PRT_EXECUTORS)
 }
 
 fn opened(candidates: &[Candidate]) -> Vec<(&'static str, Box<dyn Executor>)> {

@@ -56,6 +56,13 @@ pub const POND_EXECUTORS: &[Candidate] = &[
     },
 ];
 
+/// The same for relighting.
+pub const PRT_EXECUTORS: &[Candidate] = &[
+    Candidate { id: "cpu", name: "cpu", open: |_| cpu(spectral_prt::PASSES) },
+    Candidate { id: "wgpu", name: "wgpu", open: |adapter| wgpu(spectral_prt::PASSES, adapter) },
+    Candidate { id: "vulkan", name: "vulkan", open: |adapter| vulkan(spectral_prt::SPIRV_PASSES, adapter) },
+];
+
 /// Those that have a device, for a second driver beside the first.
 pub const ON_SECOND_DRIVER: &[Candidate] = &[
     Candidate { name: "wgpu, second driver", ..WGPU },

@@ -10,13 +10,12 @@ use crate::bake::{DEFAULT_MAP_SIZES, check_size};
 use crate::caustics::Caustics;
 use crate::decisions::{CameraGlass, Output};
 use crate::glass_view::{BACKGROUND_BYTES, CameraBuffers};
-use crate::lights::{Purpose, REACH, Receivers};
+use crate::lights::{Purpose, Receivers};
 use crate::passes::shade::{Shade, Surface};
 use crate::passes::visibility::{VISIBILITY_ALL_FACES, VISIBILITY_BACK_FACES, Visibility};
 use crate::planner::GeometryCache;
 use crate::statistics::{Books, Statistics};
 use crate::update::{structure_change, update, write_changes};
-use crate::view_fit::camera_view;
 use crate::{GlassView, PlanError, Settings, UpdateError, WorkingSpace};
 
 /// What a camera sees: XYZ radiance, Y in cd/m^2 where lights are in lux and candela.
@@ -103,7 +102,7 @@ pub(crate) fn plan(
         map_size: settings.map_size.unwrap_or(DEFAULT_MAP_SIZES.0),
         most_zoom: f64::INFINITY,
         texels: None,
-        camera: Some(camera_view(seen_by, UVec2::from(sampled), &space, REACH)),
+        camera: Some(space.camera_view(seen_by, UVec2::from(sampled))),
     };
     let mut caustics = Caustics::new(cache, scene, settings, limits, &purpose)?;
     if caustics.lights() == 0 {

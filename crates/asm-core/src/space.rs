@@ -1,8 +1,12 @@
 //! Working units: what shaders compute in.
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, UVec2, Vec3};
 use serde::{Deserialize, Serialize};
-use spectral_scene::Scene;
+use spectral_scene::{Camera, Scene};
+
+use crate::lights::REACH;
+use crate::shared::view::View;
+use crate::view_fit::camera_view;
 
 /// The scene moved and scaled so that f32 serves a millimetre and ten kilometres alike.
 ///
@@ -30,6 +34,11 @@ impl WorkingSpace {
     /// A point in working units.
     pub fn working_from_world(&self, p_m: DVec3) -> DVec3 {
         (p_m - self.center_m) / self.metres_per_unit
+    }
+
+    /// A camera's view of a picture of `size` pixels, of which the space holds everything.
+    pub fn camera_view(&self, camera: &Camera, size: UVec2) -> View {
+        camera_view(camera, size, self, REACH)
     }
 
     /// As [`WorkingSpace::working_from_world`], rounded as passes see it.

@@ -37,9 +37,9 @@ pub struct SpectralTransfer {
     grid: SpectralGrid,
     /// g_q, one value per wavelength each.
     functions: Vec<Vec<f64>>,
-    vertices: Vec<usize>,
+    pub(crate) vertices: Vec<usize>,
     /// Surface after surface, vertex after vertex, function after function.
-    coefficients: Vec<f32>,
+    pub(crate) coefficients: Vec<f32>,
     last_bounce_share: f64,
 }
 

@@ -15,6 +15,8 @@
 //! A [`Sky`] is such light, from an illuminant or from a [`Panorama`], and shows surfaces by their transfer.
 //! Light that surfaces throw on each other has their colours: [`add_bounces`] makes the transfer spectral, as far as it is.
 //!
+//! [`Relighting`] makes a plan of it that every executor runs: see [`passes`].
+//!
 //! Directions are unit vectors in the world's right-handed space, from the surface towards the light.
 
 mod bands;
@@ -26,8 +28,11 @@ mod error;
 mod hemisphere;
 mod occlusion;
 mod panorama;
+pub mod passes;
 mod reflected;
+mod relighting;
 pub mod sh;
+pub mod shared;
 mod sky;
 mod surface;
 mod transfer;
@@ -37,6 +42,13 @@ pub use bands::{Bands, BandsError};
 pub use bounces::{BounceSettings, SpectralTransfer, add_bounces};
 pub use error::{PrtError, SurfaceError};
 pub use panorama::{Panorama, PanoramaError};
+pub use passes::PASSES;
+#[cfg(feature = "spirv")]
+pub use passes::SPIRV_PASSES;
+pub use relighting::{
+    Albedo, AlbedoTerms, Exposure, IndexMap, Palette, Projection, Relighting, RelightingError,
+    RelightingSettings, RelitScene, SceneTransfer, Shot, SpectralMap,
+};
 pub use sky::Sky;
 pub use surface::Surface;
 pub use transfer::{Transfer, TransferSettings, precompute};

@@ -133,6 +133,14 @@ impl Surface {
         &self.source_vertices
     }
 
+    /// What the given mesh has at each of its vertices, such as texture coordinates, for the surface's.
+    ///
+    /// # Panics
+    /// If there is not one for each vertex of the given mesh.
+    pub fn gather<T: Copy>(&self, of_mesh: &[T]) -> Vec<T> {
+        self.source_vertices.iter().map(|&v| of_mesh[v as usize]).collect()
+    }
+
     /// How many triangles were left out.
     pub fn degenerate_triangles(&self) -> usize {
         self.degenerate_triangles

@@ -70,6 +70,11 @@ impl ShRotation {
         Ok(Self { bands, blocks })
     }
 
+    /// For each degree l its matrix of 2 l + 1 rows, row-major: output from input, orders ascending.
+    pub fn degrees(&self) -> &[Vec<f64>] {
+        &self.blocks
+    }
+
     /// Turns the coefficients of one function.
     ///
     /// # Panics

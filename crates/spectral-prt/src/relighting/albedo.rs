@@ -1,0 +1,206 @@
+//! What surfaces reflect, in the coefficients that frames multiply irradiance with.
+
+use spectral_core::basis::SpectralBasis;
+use spectral_core::grid::SpectralGrid;
+use spectral_core::observer::Observer;
+use spectral_core::patch::{rgb_albedo, rgb_light};
+
+use super::error::RelightingError;
+use crate::bounces::SpectralTransfer;
+
+/// Coefficients of an albedo, three each: for every function g_q of transfer those of R g_q in the spectral basis. Transfer
+/// without interreflection has one function, 1.
+pub type AlbedoTerms = Vec<Vec<[f64; 3]>>;
+
+/// From spectra to coefficients.
+#[derive(Clone, Copy, Debug)]
+pub enum Projection<'a> {
+    /// Of a spectral basis, for transfer without interreflection.
+    Spectral(&'a SpectralBasis),
+    /// Of a spectral basis, for transfer with interreflection.
+    Bounced(&'a SpectralBasis, &'a SpectralTransfer),
+    /// Linear sRGB in place of a basis: RGB transfer, for comparison. Three coefficients.
+    Rgb(SpectralGrid, Observer),
+}
+
+impl Projection<'_> {
+    /// The wavelengths that spectra are sampled at.
+    pub fn grid(&self) -> &SpectralGrid {
+        match self {
+            Self::Spectral(basis) | Self::Bounced(basis, _) => basis.grid(),
+            Self::Rgb(grid, _) => grid,
+        }
+    }
+
+    /// Whose eyes.
+    pub fn observer(&self) -> Observer {
+        match self {
+            Self::Spectral(basis) | Self::Bounced(basis, _) => basis.observer(),
+            Self::Rgb(_, observer) => *observer,
+        }
+    }
+
+    /// Coefficients of a light.
+    pub fn coefficients(&self) -> usize {
+        match self {
+            Self::Spectral(basis) | Self::Bounced(basis, _) => basis.coefficients(),
+            Self::Rgb(..) => 3,
+        }
+    }
+
+    /// Functions of the wavelength that transfer has.
+    pub fn functions(&self) -> usize {
+        if let Self::Bounced(_, transfer) = self { transfer.functions().len() } else { 1 }
+    }
+
+    /// A light's coefficients, for [`crate::Sky`].
+    ///
+    /// # Panics
+    /// If `light` has not one value per wavelength of the grid.
+    pub fn light(&self, light: &[f64]) -> Vec<f64> {
+        match self {
+            Self::Spectral(basis) | Self::Bounced(basis, _) => basis.light_coefficients(light),
+            Self::Rgb(grid, observer) => rgb_light(grid, *observer, light).to_vec(),
+        }
+    }
+
+    /// An albedo's coefficients.
+    ///
+    /// # Panics
+    /// If `reflectance` has not one value per wavelength of the grid, or basis and transfer are on two grids.
+    pub fn albedo(&self, reflectance: &[f64]) -> AlbedoTerms {
+        match self {
+            Self::Spectral(basis) => vec![basis.albedo_coefficients(reflectance)],
+            Self::Bounced(basis, transfer) => transfer.albedo_coefficients(basis, reflectance),
+            Self::Rgb(grid, observer) => vec![rgb_albedo(grid, *observer, reflectance)],
+        }
+    }
+}
+
+/// Albedos by their indices: what index maps name.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Palette {
+    pub(super) functions: usize,
+    pub(super) coefficients: usize,
+    pub(super) entries: Vec<AlbedoTerms>,
+}
+
+impl Palette {
+    /// One entry for each reflectance, in their order.
+    ///
+    /// # Panics
+    /// As [`Projection::albedo`].
+    pub fn new(projection: &Projection<'_>, reflectances: &[Vec<f64>]) -> Self {
+        Self {
+            functions: projection.functions(),
+            coefficients: projection.coefficients(),
+            entries: reflectances.iter().map(|r| projection.albedo(r)).collect(),
+        }
+    }
+
+    /// How many albedos there are.
+    pub fn len(&self) -> usize {
+        self.entries.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.entries.is_empty()
+    }
+}
+
+/// A map of entries of a palette over texture coordinates. The nearest texel counts: there is nothing between two paints.
+#[derive(Clone, Debug, PartialEq)]
+pub struct IndexMap {
+    pub(super) size: [u32; 2],
+    pub(super) entries: Vec<u32>,
+}
+
+impl IndexMap {
+    /// A map of `size` columns and rows, row after row from v = 0.
+    ///
+    /// # Errors
+    /// [`RelightingError::MapSize`] without texels, and for another number of them.
+    pub fn new(size: [u32; 2], entries: Vec<u32>) -> Result<Self, RelightingError> {
+        check_texels(size, entries.len())?;
+        Ok(Self { size, entries })
+    }
+}
+
+/// A map with a spectrum of its own at every texel, linear between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SpectralMap {
+    pub(super) size: [u32; 2],
+    pub(super) functions: usize,
+    pub(super) coefficients: usize,
+    /// Different albedos.
+    pub(super) albedos: Vec<AlbedoTerms>,
+    /// Which of them each texel has.
+    pub(super) texels: Vec<u32>,
+}
+
+impl SpectralMap {
+    /// A map of `size` columns and rows, row after row from v = 0; each texel has one of `reflectances`.
+    ///
+    /// # Errors
+    /// [`RelightingError::MapSize`] without texels, and for another number of them; [`RelightingError::NoSuch`] for a texel
+    /// without reflectance.
+    ///
+    /// # Panics
+    /// As [`Projection::albedo`].
+    pub fn new(
+        projection: &Projection<'_>,
+        size: [u32; 2],
+        texels: Vec<u32>,
+        reflectances: &[Vec<f64>],
+    ) -> Result<Self, RelightingError> {
+        check_texels(size, texels.len())?;
+        check_entries("a texel", &texels, "reflectance", reflectances.len())?;
+        let Palette { functions, coefficients, entries } = Palette::new(projection, reflectances);
+        Ok(Self { size, functions, coefficients, albedos: entries, texels })
+    }
+}
+
+/// What a surface reflects. Texture coordinates are one pair per vertex of the [`crate::Surface`] (see
+/// [`crate::Surface::gather`]); v = 0 is the first row, and maps go on beyond 0..1.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Albedo {
+    /// The same everywhere: an entry of the palette.
+    Entry(u32),
+    /// Entries of the palette by an index map.
+    Indexed {
+        /// Which of [`super::RelitScene::index_maps`].
+        map: usize,
+        /// Texture coordinates.
+        uvs: Vec<[f32; 2]>,
+    },
+    /// A spectral map.
+    Mapped {
+        /// Which of [`super::RelitScene::spectral_maps`].
+        map: usize,
+        /// Texture coordinates.
+        uvs: Vec<[f32; 2]>,
+    },
+}
+
+fn check_texels(size: [u32; 2], texels: usize) -> Result<(), RelightingError> {
+    let expected = u64::from(size[0]) * u64::from(size[1]);
+    if expected > 0 && expected == texels as u64 {
+        Ok(())
+    } else {
+        Err(RelightingError::MapSize { size, texels })
+    }
+}
+
+/// Every index is below `count`.
+pub(super) fn check_entries(
+    by: &str,
+    entries: &[u32],
+    what: &'static str,
+    count: usize,
+) -> Result<(), RelightingError> {
+    match entries.iter().find(|&&entry| entry as usize >= count) {
+        Some(&index) => Err(RelightingError::NoSuch { by: by.into(), what, index: index as usize, count }),
+        None => Ok(()),
+    }
+}

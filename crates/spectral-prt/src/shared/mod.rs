@@ -1,0 +1,3 @@
+//! Host sides of what several passes share.
+
+pub mod prt_picture;

@@ -1,0 +1,6 @@
+//! Frames of relit surfaces on the CPU executor, against the same light in f64.
+
+mod colours;
+mod frames;
+mod refused;
+mod stage;
