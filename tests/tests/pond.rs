@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 
 use caustic_heightfield::*;
 use frame_plan::Executor;
+use spectral_core::rgb::D65_WHITE_XYZ;
 use workspace_tests::pond_executors;
 
 /// Relative RMS that the same plan may differ by between the CPU and a device: what f32 leaves of some thousand sums.
@@ -256,7 +257,8 @@ fn impulses_are_the_same_waves_on_every_executor() {
     let method = convolution(size, &pond, Default::default());
     for levels in [None, Some(256)] {
         let heights = HeightSource::Impulses { capacity: 15_000, distance_levels: levels };
-        let plan = method.plan(&PlanSettings { heights, refraction_entries: levels }).unwrap();
+        let settings = PlanSettings { heights, refraction_entries: levels, ..PlanSettings::default() };
+        let plan = method.plan(&settings).unwrap();
         for (name, impulses, time_s) in cases {
             if levels.is_some() && impulses.len() > 1 {
                 continue;
@@ -280,6 +282,37 @@ fn impulses_are_the_same_waves_on_every_executor() {
     }
 }
 
+/// What a host shows is the light on the floor, in white, to the bit.
+#[test]
+fn the_picture_is_the_floor_in_white() {
+    let (size, pond) = ([40, 30], pond(0.0, 30.0));
+    let settings = PlanSettings { picture: true, ..PlanSettings::default() };
+    let plan = convolution(size, &pond, Default::default()).plan(&settings).unwrap();
+    for (id, mut executor) in pond_executors() {
+        let executor = executor.as_mut();
+        executor.prepare(&plan.plan).unwrap();
+        let mut shown = |amplitude_m: f64| {
+            plan.write_heights(executor, &waves(size, amplitude_m)).unwrap();
+            executor.execute().unwrap();
+            let irradiance = plan.read(executor).unwrap().light.irradiance;
+            let bytes = executor.read(plan.picture().unwrap()).unwrap();
+            let picture: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
+            let white = D65_WHITE_XYZ.map(|w| w as f32);
+            let floor: Vec<[f32; 4]> = irradiance
+                .iter()
+                .map(|&y| [white[0] * y as f32, white[1] * y as f32, white[2] * y as f32, 0.0])
+                .collect();
+            (picture, floor)
+        };
+        let (gentle, floor) = shown(0.004);
+        assert!(gentle == floor, "{id}");
+        let (steep, _) = shown(0.01);
+        assert!(steep != floor, "{id}: another floor");
+    }
+    let without = convolution(size, &pond, Default::default()).plan(&PlanSettings::default()).unwrap();
+    assert_eq!(without.picture(), None);
+}
+
 /// Pebbles fall, the sun moves: after the second frame nothing is made, and each frame is that of its own time.
 #[test]
 fn moving_frames_make_nothing() {
@@ -292,7 +325,7 @@ fn moving_frames_make_nothing() {
     };
     let (size, pond) = ([40, 32], pond(0.0, 30.0));
     let heights = HeightSource::Impulses { capacity: 64, distance_levels: None };
-    let settings = PlanSettings { heights, refraction_entries: Some(256) };
+    let settings = PlanSettings { heights, refraction_entries: Some(256), ..PlanSettings::default() };
     let still = convolution(size, &pond, Default::default()).plan(&settings).unwrap();
     let moved = |plan: &mut PondPlan, executor: &mut dyn Executor, frame: u32| {
         let pebble = |i: u32| Impulse {

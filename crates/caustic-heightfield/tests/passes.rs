@@ -7,6 +7,7 @@ use caustic_heightfield::passes::pond_convolve::{POND_CONVOLVE, PondConvolve};
 use caustic_heightfield::passes::pond_crop::{POND_CROP, PondCrop};
 use caustic_heightfield::passes::pond_fft::{POND_FFT, PondFft};
 use caustic_heightfield::passes::pond_heights::{POND_HEIGHTS, PondHeights, RingSource};
+use caustic_heightfield::passes::pond_picture::{POND_PICTURE, PondPicture};
 use caustic_heightfield::passes::pond_product::{POND_PRODUCT, PondProduct};
 use caustic_heightfield::passes::pond_relief::{POND_RELIEF, PondRelief};
 use caustic_heightfield::passes::pond_spectrum::{POND_SPECTRUM, PondSpectrum};
@@ -71,6 +72,7 @@ fn every_struct_has_the_layout_of_its_wgsl() {
         ),
         (&POND_SPECTRUM, layout!(PondSpectrum as "PondSpectrum" { size, pairs, add })),
         (&POND_CROP, layout!(PondCrop as "PondCrop" { grid, pitch, reserved0, reserved1, reserved2 })),
+        (&POND_PICTURE, layout!(PondPicture as "PondPicture" { grid, white_xyz, reserved })),
     ];
     for (pass, layout) in checks {
         check_layout(pass, &layout).unwrap();

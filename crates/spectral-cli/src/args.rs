@@ -45,7 +45,7 @@ pub(crate) enum Command {
     Devices(DevicesArgs),
     /// Write a scene as glTF.
     Export(ExportArgs),
-    /// Show a scene in a window: orbit, drag the lamp, move the glass, switch methods.
+    /// Show a scene in a window: orbit, drag the lamp, move the glass, switch methods; or the pond, to drop pebbles into.
     View(ViewArgs),
 }
 

@@ -20,16 +20,16 @@ pub(crate) struct Chosen {
 }
 
 /// What executors are made for.
-pub(crate) struct Programs {
+pub struct Programs {
     passes: PassSet,
     spirv: SpirvPasses,
 }
 
 /// Pictures and bakes of scenes.
-pub(crate) const SCENES: Programs = Programs { passes: PASSES, spirv: ASM_PASSES };
+pub const SCENES: Programs = Programs { passes: PASSES, spirv: ASM_PASSES };
 
 /// Floors of ponds.
-pub(crate) const PONDS: Programs =
+pub const PONDS: Programs =
     Programs { passes: caustic_heightfield::PASSES, spirv: caustic_heightfield::SPIRV_PASSES };
 
 /// The executor that the options ask for.
@@ -47,7 +47,7 @@ pub(crate) fn choose(device: &DeviceArgs, programs: &Programs) -> Result<Chosen,
             Ok(Chosen { executor: Box::new(executor), reason: "asked for".into() })
         }
         (Backend::Vulkan, _) => {
-            let executor = vulkan_for(programs, device.adapter.clone()).map_err(no_device)?;
+            let executor = vulkan(programs, device.adapter.clone()).map_err(no_device)?;
             Ok(Chosen { executor: Box::new(executor), reason: "asked for".into() })
         }
         (Backend::Auto, None) => match auto(&asm_wgpu::adapters()) {
@@ -84,15 +84,12 @@ fn wgpu_for(programs: &Programs, adapter: Option<String>) -> Result<WgpuExecutor
     WgpuExecutor::new(programs.passes, &WgpuOptions { adapter }).map_err(|error| error.to_string())
 }
 
-/// The Vulkan executor on the adapter of that name, or on the best one. Compiled pipelines are kept in the user's cache folder.
+/// The Vulkan executor for these programs on the adapter of that name, or on the best one. Compiled pipelines are kept in the user's
+/// cache folder.
 ///
 /// # Errors
 /// Why there is none.
-pub fn vulkan(adapter: Option<String>) -> Result<VulkanExecutor, String> {
-    vulkan_for(&SCENES, adapter)
-}
-
-fn vulkan_for(programs: &Programs, adapter: Option<String>) -> Result<VulkanExecutor, String> {
+pub fn vulkan(programs: &Programs, adapter: Option<String>) -> Result<VulkanExecutor, String> {
     let options = VulkanOptions { adapter, pipeline_cache: cache_folder(), ..VulkanOptions::default() };
     VulkanExecutor::new(programs.spirv.clone(), &options).map_err(|error| error.to_string())
 }

@@ -173,7 +173,7 @@ impl FromStr for Rule {
 /// How the light on a pond's floor is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum PondMethod {
+pub enum PondMethod {
     /// The paper's three convolutions (Trendall & Stewart).
     Convolution,
     /// Separable terms of the exact lobe.
@@ -184,23 +184,53 @@ pub(crate) enum PondMethod {
     Photon,
 }
 
+impl PondMethod {
+    /// All that are built.
+    pub const ALL: [Self; 4] = [Self::Convolution, Self::LowRank, Self::Exact, Self::Photon];
+
+    /// Its name on the command line.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Convolution => "convolution",
+            Self::LowRank => "low-rank",
+            Self::Exact => "exact",
+            Self::Photon => "photon",
+        }
+    }
+
+    /// The numbers it is computed in where `asked` is asked for, or nothing.
+    ///
+    /// # Errors
+    /// Why it is not computed in those.
+    pub fn precision(self, asked: Option<Precision>) -> Result<Precision, &'static str> {
+        match (self, asked) {
+            (Self::Exact, Some(Precision::F16 | Precision::F32 | Precision::Fixed(_))) => {
+                Err("--precision: --method exact is what others are held against, and is f64")
+            }
+            (Self::Photon, Some(Precision::F16 | Precision::F64 | Precision::Fixed(_))) => {
+                Err("--precision: --method photon traces light in f32 and in nothing else")
+            }
+            (Self::LowRank, Some(Precision::F16 | Precision::Fixed(_))) => {
+                Err("--precision f16 and fixed point are for --method convolution")
+            }
+            (Self::Exact, _) => Ok(Precision::F64),
+            (_, asked) => Ok(asked.unwrap_or(Precision::F32)),
+        }
+    }
+}
+
 impl FromStr for PondMethod {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let built = [
-            ("convolution", Self::Convolution),
-            ("low-rank", Self::LowRank),
-            ("exact", Self::Exact),
-            ("photon", Self::Photon),
-        ];
-        choose(text, &built)
+        choose(text, &Self::ALL.map(|m| (m.name(), m)))
     }
 }
 
 /// Numbers that a pond is computed in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Precision {
+pub enum Precision {
     /// Frame buffers of so many bits, with the paper's scaled and biased arithmetic.
     Fixed(Fixed),
     /// Frame buffers of 16-bit floating point.

@@ -69,7 +69,7 @@ fn wgpu() -> (Vec<Entry>, &'static str) {
 
 /// Every device that the Vulkan executor can run on, each opened to see whether it works.
 fn vulkan() -> Vec<Entry> {
-    entries("vulkan", &asm_vulkan::adapters(), |name| backend::vulkan(Some(name)).map(drop))
+    entries("vulkan", &asm_vulkan::adapters(), |name| backend::vulkan(&backend::SCENES, Some(name)).map(drop))
 }
 
 /// What opening each adapter by its name says, or that there is none.

@@ -41,8 +41,9 @@ use std::process::ExitCode;
 use clap::Parser;
 use clap::error::ErrorKind;
 
-pub use choices::{Backend, GAP_FILLINGS, Method};
+pub use choices::{Backend, GAP_FILLINGS, Method, PondMethod, Precision};
 pub use error::CliError;
+pub use pond::floors::{Floor, FloorChoice, Floors};
 pub use scene_argument::{Opened, open};
 
 use args::{Cli, Command};

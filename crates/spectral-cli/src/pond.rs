@@ -1,6 +1,7 @@
 //! `spectral pond`: the light on the floor of a pond, at one time or many.
 
 mod color;
+pub(crate) mod floors;
 mod method;
 mod output;
 mod photon;
@@ -24,7 +25,7 @@ use method::MethodArgs;
 use output::{Output, Series};
 
 /// Samples on a side if nothing else is said.
-const DEFAULT_SIDE: usize = 128;
+pub(crate) const DEFAULT_SIDE: usize = 128;
 /// Seconds between frames if nothing else is said.
 const DEFAULT_STEP_S: f64 = 0.04;
 /// Surfaces of a series that a method is fitted to.
@@ -180,8 +181,8 @@ fn examples(frames: usize) -> impl Iterator<Item = usize> {
     (0..count).map(move |i| i * (frames - 1) / (count - 1).max(1))
 }
 
-/// The pond of a file and the folder that its other files are in.
-fn open(path: Option<&Path>) -> Result<(PondScene, PathBuf), CliError> {
+/// The pond of a file, or the one that is shown if there is none, and the folder that its other files are in.
+pub(crate) fn open(path: Option<&Path>) -> Result<(PondScene, PathBuf), CliError> {
     let Some(path) = path else { return Ok((PondScene::default(), PathBuf::new())) };
     let failed = |problem: String| CliError::failed(format!("{}: {problem}", path.display()));
     let text = std::fs::read_to_string(path).map_err(|error| failed(error.to_string()))?;

@@ -118,7 +118,7 @@ impl RunArgs {
 
 impl PlanOptions {
     /// The first option that was given.
-    fn given(&self) -> Option<&'static str> {
+    pub(crate) fn given(&self) -> Option<&'static str> {
         [
             ("--levels", self.levels.is_some()),
             ("--scheme", self.scheme.is_some()),

@@ -4,28 +4,42 @@ use std::env::{self, consts::EXE_SUFFIX};
 use std::ffi::OsString;
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
+use std::str::FromStr;
 
 use asm_core::Settings;
+use caustic_heightfield::{Impulse, Pond, PondScene, Ripple, Surface, WallImages, impulse_heights};
 use clap::Args;
+use spectral_core::light::LightSpectrum;
 
 use crate::args::PlanOptions;
-use crate::choices::{Backend, Method};
+use crate::choices::{Backend, Method, PondMethod, Precision};
 use crate::error::CliError;
 use crate::output::atomic_file::AtomicFile;
+use crate::pond::DEFAULT_SIDE;
+use crate::pond::floors::FloorChoice;
 use crate::targets;
 use crate::values::{self, Exposure, Size};
 
 /// The window's program, beside this one.
 const PROGRAM: &str = "spectral-viewer";
+/// The scene that is none.
+const POND: &str = "pond";
 
 /// The options of `spectral view`, which hands them on, and of `spectral-viewer`, which obeys them.
 #[derive(Clone, Debug, Args)]
 pub struct ViewArgs {
-    /// glTF file or bundled scene.
+    /// glTF file or bundled scene, or pond.
     pub scene: String,
-    /// Method to begin with: caustics-map, acm or asm.
-    #[arg(long, value_name = "METHOD", default_value = "asm")]
-    pub(crate) method: Method,
+    /// Method to begin with: caustics-map, acm, asm or footprint [default: asm]; of the pond: convolution, low-rank, exact or photon
+    /// [default: low-rank].
+    #[arg(long, value_name = "METHOD")]
+    pub(crate) method: Option<String>,
+    /// What the pond is computed in to begin with, as for `spectral pond`.
+    #[arg(long, value_name = "PRECISION")]
+    pub(crate) precision: Option<Precision>,
+    /// JSON file of the pond, with a surface of impulses [default: water at rest].
+    #[arg(long, value_name = "POND.json")]
+    pub(crate) pond: Option<PathBuf>,
     /// Number of wavelengths [default: the method's].
     #[arg(long, value_name = "N", value_parser = values::traced_wavelengths, allow_negative_numbers = true)]
     pub(crate) wavelengths: Option<usize>,
@@ -35,7 +49,7 @@ pub struct ViewArgs {
     /// Texels of the light's view to begin with, along each side.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_384), allow_negative_numbers = true)]
     pub(crate) emission: Option<u32>,
-    /// Texels of the caustic map to begin with, along each side.
+    /// Texels of the caustic map to begin with, along each side; of the pond: samples of its surface and floor [default: 128].
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=16_384), allow_negative_numbers = true)]
     pub(crate) map: Option<u32>,
     #[command(flatten)]
@@ -54,15 +68,108 @@ pub struct ViewArgs {
     pub screenshot: Option<PathBuf>,
 }
 
+/// What a window shows, and how it begins.
+#[derive(Clone, Debug)]
+pub enum Subject {
+    /// A scene, with the settings of its plan.
+    Scene(Box<Settings>),
+    /// The pond.
+    Pond(Box<PondView>),
+}
+
+/// A pond to be shown.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PondView {
+    /// Length of the pond in x and y, metres.
+    pub extent_m: [f64; 2],
+    /// Water and light.
+    pub pond: Pond,
+    /// The light's spectrum.
+    pub spectrum: LightSpectrum,
+    /// What moves the surface.
+    pub pebbles: PondPebbles,
+    /// By what its floor is computed.
+    pub choice: FloorChoice,
+    /// Samples of surface and floor on a side.
+    pub samples: usize,
+}
+
+/// The surface of a pond that pebbles are dropped into.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PondPebbles {
+    /// What their waves are like.
+    pub ripple: Ripple,
+    /// Those that have fallen, or are to fall.
+    pub impulses: Vec<Impulse>,
+    /// How walls reflect.
+    pub walls: WallImages,
+    /// Seconds.
+    pub time_s: f64,
+}
+
 impl ViewArgs {
-    /// The plan's settings to begin with.
+    /// What is to be shown. Scenes are not opened yet.
     ///
     /// # Errors
-    /// A usage error for the reference, which has no plan.
-    pub fn settings(&self) -> Result<Settings, CliError> {
-        let settings = self.plan.settings(self.method.of_plan()?, self.wavelengths, None);
+    /// A usage error for the reference, which has no plan, and for options of the one with the other; a pond's file that holds none.
+    pub fn subject(&self) -> Result<Subject, CliError> {
+        let is_pond = self.scene == POND;
+        let of_the_other = if is_pond { self.option_of_scenes() } else { self.option_of_the_pond() };
+        if let Some(option) = of_the_other {
+            let what = if is_pond { "scenes; leave it out for the pond" } else { "`spectral view pond`" };
+            return Err(CliError::Usage(format!("{option} is for {what}")));
+        }
+        if is_pond {
+            Ok(Subject::Pond(Box::new(self.pond()?)))
+        } else {
+            Ok(Subject::Scene(Box::new(self.settings()?)))
+        }
+    }
+
+    /// A plan's settings to begin with.
+    fn settings(&self) -> Result<Settings, CliError> {
+        let method = self.method_or(Method::Asm)?;
+        let settings = self.plan.settings(method.of_plan()?, self.wavelengths, None);
         let emission_size = self.emission.unwrap_or(settings.emission_size);
         Ok(Settings { emission_size, map_size: self.map, ..settings })
+    }
+
+    fn pond(&self) -> Result<PondView, CliError> {
+        let method = self.method_or(PondMethod::LowRank)?;
+        let precision = method.precision(self.precision).map_err(CliError::usage)?;
+        let samples = self.map.unwrap_or(DEFAULT_SIDE as u32) as usize;
+        let scene = match &self.pond {
+            Some(path) => crate::pond::open(Some(path))?.0,
+            None => still_water(),
+        };
+        let Surface::Impulses { ripple, impulses, walls, time_s } = scene.surface else {
+            return Err(CliError::failed(
+                "--pond: this surface is not of impulses, which are what the window drops; give it `impulses`, if none",
+            ));
+        };
+        // Before a window appears.
+        let (extent_m, pond) = (scene.extent_m, scene.pond);
+        let surface = impulse_heights([samples; 2], extent_m, &ripple, &impulses, walls, time_s);
+        surface.and_then(|surface| pond.check(&surface)).map_err(CliError::failed)?;
+        let pebbles = PondPebbles { ripple, impulses, walls, time_s };
+        let choice = FloorChoice::new(method, precision);
+        Ok(PondView { extent_m, pond, spectrum: scene.spectrum, pebbles, choice, samples })
+    }
+
+    fn method_or<M: FromStr<Err = String>>(&self, default: M) -> Result<M, CliError> {
+        let Some(name) = &self.method else { return Ok(default) };
+        name.parse().map_err(|problem| CliError::Usage(format!("--method {name}: {problem}")))
+    }
+
+    fn option_of_scenes(&self) -> Option<&'static str> {
+        let given = [("--wavelengths", self.wavelengths.is_some()), ("--emission", self.emission.is_some())];
+        let given = given.into_iter().find(|(_, given)| *given);
+        given.map(|(option, _)| option).or_else(|| self.plan.given())
+    }
+
+    fn option_of_the_pond(&self) -> Option<&'static str> {
+        let given = [("--precision", self.precision.is_some()), ("--pond", self.pond.is_some())];
+        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
     }
 
     /// The file of `--screenshot`, found writable.
@@ -72,6 +179,20 @@ impl ViewArgs {
     pub fn screenshot_file(&self) -> Result<Option<AtomicFile>, CliError> {
         self.screenshot.as_deref().map(|path| targets::png("--screenshot", path)).transpose()
     }
+}
+
+/// Water at rest under light from 20 degrees, for waves that focus on its floor.
+fn still_water() -> PondScene {
+    let ripple = Ripple {
+        front_m_s: 0.5,
+        alpha_per_s: 0.4,
+        beta_per_m: 3.0,
+        wave_number_rad_m: 60.0,
+        frequency_rad_s: 30.0,
+    };
+    let at_rest = Surface::Impulses { ripple, impulses: Vec::new(), walls: WallImages::Four, time_s: 0.0 };
+    let scene = PondScene::default();
+    PondScene { pond: Pond { scattering: 500.0, ..scene.pond }, surface: at_rest, ..scene }
 }
 
 /// Start the window with these arguments and pass on its exit status.

@@ -5,15 +5,24 @@
 
 use egui::{Event, Modifiers, PointerButton, Pos2, Vec2};
 
-/// What a drag over the picture moves.
+/// What a button takes hold of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Grip {
-    /// The camera, round what it looks at.
-    Orbit,
-    /// The camera, sideways.
+    /// What the picture is for: it turns a scene, and drops a pebble into water.
+    Main,
+    /// The picture, sideways.
     Shift,
-    /// The chosen lamp.
+    /// The chosen lamp, or the sun.
     Lamp,
+}
+
+/// What the hand does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Touch {
+    /// A button goes down on the stage, at this point of the window.
+    Press(Grip, Pos2),
+    /// What is held is dragged by so many points.
+    Drag(Grip, Vec2),
 }
 
 impl Grip {
@@ -24,7 +33,7 @@ impl Grip {
             PointerButton::Middle => Some(Self::Shift),
             PointerButton::Primary if modifiers.command || modifiers.ctrl => Some(Self::Lamp),
             PointerButton::Primary if modifiers.shift => Some(Self::Shift),
-            PointerButton::Primary => Some(Self::Orbit),
+            PointerButton::Primary => Some(Self::Main),
             _ => None,
         }
     }
@@ -43,19 +52,17 @@ struct Held {
 pub(crate) struct Hand(Option<Held>);
 
 impl Hand {
-    /// What an event drags, and how far, points. Where there is more than the picture, `on_picture` says which points are on it.
-    pub(crate) fn take(
-        &mut self,
-        event: &Event,
-        on_picture: impl FnOnce(Pos2) -> bool,
-    ) -> Option<(Grip, Vec2)> {
+    /// What an event does. Where there is more than the picture, `on_picture` says which points are on it.
+    pub(crate) fn take(&mut self, event: &Event, on_picture: impl FnOnce(Pos2) -> bool) -> Option<Touch> {
         let (Event::PointerMoved(pos) | Event::PointerButton { pos, .. }) = *event else { return None };
-        let dragged = self.0.as_mut().map(|held| (held.grip, pos - std::mem::replace(&mut held.at, pos)));
+        let held = self.0.as_mut();
+        let dragged = held.map(|held| Touch::Drag(held.grip, pos - std::mem::replace(&mut held.at, pos)));
         if let Event::PointerButton { button, pressed, modifiers, .. } = *event {
             match self.0 {
                 Some(held) if held.button == button && !pressed => self.0 = None,
                 None if pressed && on_picture(pos) => {
                     self.0 = Grip::of(button, modifiers).map(|grip| Held { grip, button, at: pos });
+                    return self.0.map(|held| Touch::Press(held.grip, pos));
                 }
                 _ => {}
             }
@@ -86,9 +93,9 @@ mod tests {
         let (a, b, c) = (pos2(400.0, 100.0), pos2(430.0, 90.0), pos2(480.0, 95.0));
         let primary = |pos, pressed| button(pos, PointerButton::Primary, pressed, Modifiers::NONE);
         assert_eq!(hand.take(&Event::PointerMoved(a), |_| true), None);
-        assert_eq!(hand.take(&primary(b, true), |_| true), None);
-        assert_eq!(hand.take(&Event::PointerMoved(c), |_| true), Some((Grip::Orbit, c - b)));
-        assert_eq!(hand.take(&primary(a, false), |_| true), Some((Grip::Orbit, a - c)));
+        assert_eq!(hand.take(&primary(b, true), |_| true), Some(Touch::Press(Grip::Main, b)));
+        assert_eq!(hand.take(&Event::PointerMoved(c), |_| true), Some(Touch::Drag(Grip::Main, c - b)));
+        assert_eq!(hand.take(&primary(a, false), |_| true), Some(Touch::Drag(Grip::Main, a - c)));
         assert_eq!(hand.take(&Event::PointerMoved(b), |_| true), None);
     }
 
@@ -98,11 +105,11 @@ mod tests {
         let on_picture = |pos: Pos2| pos.x > 300.0;
         let secondary = |x, pressed| button(pos2(x, 0.0), PointerButton::Secondary, pressed, Modifiers::NONE);
         let moved = |x| Event::PointerMoved(pos2(x, 0.0));
-        hand.take(&secondary(200.0, true), on_picture);
+        assert_eq!(hand.take(&secondary(200.0, true), on_picture), None);
         assert_eq!(hand.take(&moved(400.0), on_picture), None);
         hand.take(&secondary(400.0, false), on_picture);
         hand.take(&secondary(400.0, true), on_picture);
-        assert_eq!(hand.take(&moved(200.0), on_picture), Some((Grip::Lamp, vec2(-200.0, 0.0))));
+        assert_eq!(hand.take(&moved(200.0), on_picture), Some(Touch::Drag(Grip::Lamp, vec2(-200.0, 0.0))));
         hand.keep(|button| button != PointerButton::Secondary);
         assert_eq!(hand.take(&moved(300.0), on_picture), None);
     }
@@ -111,7 +118,7 @@ mod tests {
     fn buttons_and_modifiers_say_what_is_gripped() {
         use PointerButton::{Extra1, Middle, Primary, Secondary};
         for (button, modifiers, grip) in [
-            (Primary, Modifiers::NONE, Some(Grip::Orbit)),
+            (Primary, Modifiers::NONE, Some(Grip::Main)),
             (Primary, Modifiers::SHIFT, Some(Grip::Shift)),
             (Primary, Modifiers::CTRL, Some(Grip::Lamp)),
             (Middle, Modifiers::NONE, Some(Grip::Shift)),

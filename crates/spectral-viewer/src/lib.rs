@@ -1,28 +1,25 @@
 //! The window of `spectral view`: a scene that one can turn, light and switch, with the time of every pass.
 //!
-//! Without a window, and so tested without one: the camera (`orbit`), `lamps`, `glass`, the pointer that drags them (`hand`),
-//! what the user has chosen (`choices`), all of it together (`view`), a picture to be made (`job`, with the `pose` that changes from frame to frame), its
-//! times (`times`) and what became of its light (`fates`). With one: the device and what it shows (`graphics`), the picture in it
-//! (`screen`) and who makes it (`maker`, and `worker` for executors with devices of their own), the controls (`panel`) and the
-//! window itself (`window`).
+//! Without a window, and so tested without one: what every window has set (`showing`), the pointer that drags (`hand`), who runs
+//! plans (`runner`), times (`times`), and threads (`worker`). With one: the device and what it shows (`graphics`), the picture in it
+//! (`screen`), who makes it (`maker`) and brings it to the host (`copy`), the controls (`panel`) and the window itself (`window`). What
+//! is shown stands behind one seam (`subject`): a `scene`, or the `pond`.
 //!
 //! A frame in which something moved only writes numbers; a change of method, wavelengths, sizes or executor prepares a new plan. The
 //! wgpu executor runs on the window's device and inside its frames; the CPU's and Vulkan's pictures come from a thread of their own.
 
-mod choices;
-mod fates;
-mod glass;
+mod copy;
 mod graphics;
 mod hand;
-mod job;
-mod lamps;
 mod maker;
-mod orbit;
 mod panel;
-mod pose;
+mod pond;
+mod runner;
+mod scene;
 mod screen;
+mod showing;
+mod subject;
 mod times;
-mod view;
 mod window;
 mod worker;
 
@@ -30,7 +27,8 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 use clap::Parser;
-use spectral_cli::view::ViewArgs;
+use spectral_cli::CliError;
+use spectral_cli::view::{Subject, ViewArgs};
 
 /// Show a scene in a window: orbit, drag the lamp, move the glass, switch methods.
 ///
@@ -47,5 +45,18 @@ struct Cli {
 #[must_use]
 pub fn run(args: impl IntoIterator<Item = OsString>) -> ExitCode {
     let args: Vec<OsString> = args.into_iter().collect();
-    spectral_cli::run_program(&args, |cli: &Cli| window::show(&cli.args).map(|()| ExitCode::SUCCESS))
+    spectral_cli::run_program(&args, |cli: &Cli| show(&cli.args).map(|()| ExitCode::SUCCESS))
+}
+
+fn show(args: &ViewArgs) -> Result<(), CliError> {
+    match args.subject()? {
+        Subject::Scene(settings) => {
+            let scene = spectral_cli::open(&args.scene)?.scene;
+            let title = scene.name.clone();
+            window::show(args, &title, |device, _| scene::View::new(scene, *settings, args, device))
+        }
+        Subject::Pond(pond) => {
+            window::show(args, "pond", |device, wake| Ok(pond::View::new(*pond, args, device, wake)))
+        }
+    }
 }

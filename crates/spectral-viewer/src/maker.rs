@@ -1,25 +1,53 @@
 //! Who makes the pictures: the window's own device inside its frames, or an executor beside it.
 
-use asm_core::{PASSES, Picture};
-use asm_wgpu::{AsmRenderer, WgpuExecutor, wgpu};
+use asm_core::Picture;
+use asm_wgpu::wgpu;
 use spectral_core::display::Display;
-use spectral_scene::Scene;
 
-use crate::choices::Runner;
+use crate::copy::PictureCopy;
 use crate::graphics::Graphics;
-use crate::job::{Job, Report};
 use crate::screen::Screen;
-use crate::worker::{Outcome, Wake, Worker};
+use crate::subject::{Job, Report};
+use crate::worker::Worker;
 
 /// Bytes of a pixel on its way to the screen: XYZ and padding, f32.
-const PIXEL_BYTES: u64 = 16;
+pub(crate) const PIXEL_BYTES: u64 = 16;
 
-/// What makes pictures of one scene.
-pub(crate) enum Maker {
-    /// On the window's device, recorded into its frames; nothing is read back but on request.
-    Inside { renderer: Box<AsmRenderer>, scene: Scene },
+/// A picture that was made, of what, and what is known of it.
+pub(crate) struct Finished<J: Job> {
+    pub(crate) picture: Picture,
+    pub(crate) job: J,
+    pub(crate) report: Report<J::Facts>,
+}
+
+/// Makes pictures on the window's device, recorded into its frames.
+pub(crate) trait Inside<J: Job> {
+    /// Record the picture of `job`.
+    ///
+    /// # Errors
+    /// Why there is no picture, in a sentence.
+    fn record(&mut self, job: &J, encoder: &mut wgpu::CommandEncoder) -> Result<Recorded, String>;
+
+    /// What is known of the picture recorded last, once that is submitted.
+    fn report(&mut self) -> Report<J::Facts>;
+}
+
+/// A picture recorded into a frame.
+pub(crate) enum Recorded {
+    /// XYZ and padding per pixel, f32, rows from the top; and pixels.
+    Picture(wgpu::Buffer, [u32; 2]),
+    /// The same by a plan for something else: the right one is being made.
+    Late(wgpu::Buffer, [u32; 2]),
+    /// None yet.
+    Nothing,
+}
+
+/// What makes pictures of one subject.
+pub(crate) enum Maker<J: Job> {
+    /// On the window's device, recorded into its frames; pictures are copied to the host on request.
+    Inside { frames: Box<dyn Inside<J>>, copy: Option<(PictureCopy, J)> },
     /// On a thread; its pictures are handed to the window's device.
-    Beside { worker: Worker, uploaded: Option<Uploaded> },
+    Beside { worker: Worker<J, Finished<J>>, uploaded: Option<Uploaded> },
 }
 
 /// A picture on the window's device that was made elsewhere.
@@ -29,56 +57,70 @@ pub(crate) struct Uploaded {
 }
 
 /// What a frame brought.
-#[derive(Default)]
-pub(crate) struct Progress {
-    /// A picture was made inside this frame: ask [`Maker::after_submit`] about it.
+pub(crate) struct Progress<J: Job> {
+    /// A picture of the job is part of this frame.
+    pub(crate) current: bool,
+    /// Something was recorded into this frame: ask [`Maker::after_submit`] about it.
     pub(crate) recorded: bool,
     /// A picture has been begun elsewhere.
     pub(crate) begun: bool,
     /// A picture made elsewhere is there, or the reason why not.
-    pub(crate) arrived: Option<Outcome>,
+    pub(crate) arrived: Option<Result<Finished<J>, String>>,
+    /// A picture made inside the window's frames has come to the host.
+    pub(crate) copied: Option<(J, Picture)>,
     /// Nothing is being made.
     pub(crate) idle: bool,
 }
 
-impl Maker {
-    /// For this runner.
-    pub(crate) fn new(runner: Runner, scene: Scene, graphics: &Graphics, wake: Wake) -> Self {
-        let worker = match runner {
-            Runner::Wgpu => {
-                let (device, queue) = (graphics.device.clone(), graphics.queue.clone());
-                let renderer = AsmRenderer::new(WgpuExecutor::from_host(device, queue, PASSES));
-                return Self::Inside { renderer: Box::new(renderer), scene };
-            }
-            Runner::Cpu => Worker::cpu(scene, wake),
-            Runner::Vulkan => Worker::vulkan(scene, wake),
-        };
+impl<J: Job> Progress<J> {
+    const NOTHING: Self =
+        Self { current: false, recorded: false, begun: false, arrived: None, copied: None, idle: false };
+}
+
+impl<J: Job> Maker<J> {
+    /// Inside the window's frames.
+    pub(crate) fn inside(frames: impl Inside<J> + 'static) -> Self {
+        Self::Inside { frames: Box::new(frames), copy: None }
+    }
+
+    /// On this thread.
+    pub(crate) fn beside(worker: Worker<J, Finished<J>>) -> Self {
         Self::Beside { worker, uploaded: None }
     }
 
-    /// Record this frame's part: the picture of `job`, if it is `due`, or the newest one that is there.
+    /// Record this frame's part: the picture of `job`, if it is `due`, or the newest one that is there. `wanted` asks for the
+    /// picture on the host, some frames later.
     ///
     /// # Errors
     /// Why there is no picture, in a sentence.
     pub(crate) fn record(
         &mut self,
-        job: &Job,
-        due: bool,
+        (job, due, wanted): (&J, bool, bool),
         (graphics, encoder): (&Graphics, &mut wgpu::CommandEncoder),
         screen: &mut Screen,
         display: &Display,
-    ) -> Result<Progress, String> {
+    ) -> Result<Progress<J>, String> {
         match self {
-            Self::Inside { .. } if !due => Ok(Progress { idle: true, ..Progress::default() }),
-            Self::Inside { renderer, scene } => {
-                job.prepare(renderer, scene)
-                    .and_then(|()| screen.pass.record_frame(renderer, encoder, &screen.view, display))
-                    .map_err(|error| error.to_string())?;
-                Ok(Progress { recorded: true, ..Progress::default() })
+            Self::Inside { frames, copy } => {
+                let copied = PictureCopy::collect(copy, &graphics.device)?;
+                if !due && !(wanted && copy.is_none()) {
+                    return Ok(Progress { copied, idle: copy.is_none(), ..Progress::NOTHING });
+                }
+                let recorded = frames.record(job, encoder)?;
+                let (Recorded::Picture(buffer, size) | Recorded::Late(buffer, size)) = &recorded else {
+                    return Ok(Progress { copied, ..Progress::NOTHING });
+                };
+                let current = matches!(recorded, Recorded::Picture(..));
+                screen.draw(graphics, encoder, (buffer, *size), display);
+                if current && wanted && copy.is_none() {
+                    let begun = PictureCopy::record(&graphics.device, encoder, buffer, *size);
+                    *copy = Some((begun, job.clone()));
+                }
+                Ok(Progress { current, recorded: true, copied, ..Progress::NOTHING })
             }
             Self::Beside { worker, uploaded } => {
                 let arrived = worker.finished();
-                if let Some(Ok((picture, ..))) = &arrived {
+                if let Some(Ok(Finished { picture, .. })) = &arrived {
                     upload(graphics, uploaded, picture);
                 }
                 let begun = due && !worker.is_busy();
@@ -88,19 +130,28 @@ impl Maker {
                 if let Some(Uploaded { buffer, size }) = uploaded {
                     screen.draw(graphics, encoder, (buffer, *size), display);
                 }
-                Ok(Progress { recorded: false, begun, arrived, idle: !worker.is_busy() })
+                Ok(Progress { begun, arrived, idle: !worker.is_busy(), ..Progress::NOTHING })
             }
         }
     }
 
-    /// What is known of the picture recorded inside a frame, once that is submitted; with `read`, wait for it and read it back.
-    ///
-    /// # Errors
-    /// What the device says, in a sentence.
-    pub(crate) fn after_submit(&mut self, read: bool) -> Result<(Option<Picture>, Report), String> {
-        let Self::Inside { renderer, .. } = self else { return Ok(Default::default()) };
-        let picture = if read { Some(renderer.read().map_err(|error| error.to_string())?.0) } else { None };
-        Ok((picture, Report::of(renderer)))
+    /// What is known of the picture recorded inside a frame, once that is submitted.
+    pub(crate) fn after_submit(&mut self) -> Option<Report<J::Facts>> {
+        let Self::Inside { frames, copy } = self else { return None };
+        if let Some((copy, _)) = copy {
+            copy.submitted();
+        }
+        Some(frames.report())
+    }
+
+    /// Whether the window's own frames are to go on.
+    pub(crate) fn is_inside(&self) -> bool {
+        matches!(self, Self::Inside { .. })
+    }
+
+    /// Whether a picture is on its way to the host, for which frames must go on.
+    pub(crate) fn is_copying(&self) -> bool {
+        matches!(self, Self::Inside { copy: Some(_), .. })
     }
 }
 

@@ -1,25 +1,20 @@
-//! The controls, and the picture beside them.
+//! The controls, and the picture beside them: what every window has, with what its subject adds.
 
-use asm_core::{Method, Refraction, Statistics};
 use egui::{
-    CentralPanel, Color32, ComboBox, Frame, Grid, Key, Panel, Pos2, Rect, RichText, ScrollArea, Sense,
-    Slider, TextureId, Ui, pos2,
+    CentralPanel, Color32, Frame, Grid, Key, Panel, Pos2, Rect, RichText, ScrollArea, Sense, Slider,
+    TextureId, Ui, pos2,
 };
 use frame_plan::Decision;
-use spectral_cli::GAP_FILLINGS;
 
-use crate::choices::{COARSENESSES, Runner, SAMPLES, SIDES, WAVELENGTHS, methods, take_method};
-use crate::fates::fates;
-use crate::job::{Job, Report};
+use crate::runner::Runner;
+use crate::showing::Showing;
+use crate::subject::{Job, Report, Subject};
 use crate::times::{PassTime, PassTimes};
-use crate::view::View;
 
 /// Width of the controls, points.
 const WIDTH: f32 = 390.0;
 /// Length of a slider, points: a row of controls fits beside its name.
 const SLIDER: f32 = 72.0;
-/// Keys that the window knows; [`View::press`] says what they do.
-const KEYS: [Key; 7] = [Key::Space, Key::Home, Key::G, Key::M, Key::N, Key::E, Key::F];
 /// Errors, readable on the dark panel and on the picture's frame.
 const ERROR: Color32 = Color32::from_rgb(255, 120, 110);
 /// The mark of a picture that is not yet what is set; tests in a window look for it.
@@ -27,13 +22,24 @@ const BEHIND: Color32 = Color32::from_rgb(255, 176, 0);
 /// Its radius, points.
 const MARK: f32 = 5.0;
 
+/// Whose picture of what is on the screen.
+#[derive(Debug, Default, PartialEq)]
+pub(crate) enum Shown<J> {
+    /// None, or one by a plan for something else.
+    #[default]
+    Nothing,
+    /// That of the frame itself, which was made inside it.
+    Now,
+    /// One that was made beside the window.
+    Of(Runner, J),
+}
+
 /// What there is to tell about the pictures.
-#[derive(Debug, Default)]
-pub(crate) struct Status {
+pub(crate) struct Status<J: Job> {
     /// Whose picture of what is on the screen.
-    pub(crate) shown: Option<(Runner, Job)>,
+    pub(crate) shown: Shown<J>,
     /// What is known of the newest one.
-    pub(crate) report: Report,
+    pub(crate) report: Report<J::Facts>,
     /// Its passes' times.
     pub(crate) times: PassTimes,
     /// Milliseconds from one picture to the next, a moving mean.
@@ -42,62 +48,91 @@ pub(crate) struct Status {
     pub(crate) error: Option<String>,
 }
 
-/// Lay the window out; pixels of the area that is left for the picture `picture`.
-pub(crate) fn show(ui: &mut Ui, view: &mut View, status: &Status, picture: TextureId) -> [u32; 2] {
-    if !ui.ctx().egui_wants_keyboard_input() {
-        for key in KEYS {
-            for _ in 0..ui.input(|input| input.num_presses(key)) {
-                view.press(key);
-            }
+impl<J: Job> Default for Status<J> {
+    fn default() -> Self {
+        Self {
+            shown: Shown::Nothing,
+            report: Report::default(),
+            times: PassTimes::default(),
+            between_ms: None,
+            error: None,
         }
     }
+}
+
+/// Lay the window out; pixels of the area that is left for the picture `picture`.
+pub(crate) fn show<S: Subject>(
+    ui: &mut Ui,
+    subject: &mut S,
+    status: &Status<S::Job>,
+    picture: TextureId,
+) -> [u32; 2] {
+    if !ui.ctx().egui_wants_keyboard_input() {
+        press_keys(ui, subject);
+    }
     Panel::left("controls").exact_size(WIDTH).resizable(false).show(ui, |ui| {
-        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| controls(ui, view, status));
+        ScrollArea::vertical().auto_shrink(false).show(ui, |ui| controls(ui, subject, status));
     });
     let area = CentralPanel::default()
         .frame(Frame::NONE.fill(Color32::BLACK))
-        .show(ui, |ui| stage(ui, view, status, picture))
+        .show(ui, |ui| stage(ui, subject, status, picture))
         .inner;
     // Only here everything of this frame has been done.
-    if status.is_behind(view, area) {
+    if status.is_behind(subject, area) {
         let corner = pos2(WIDTH - 4.0 * MARK, ui.max_rect().top() + 4.0 * MARK);
         ui.painter().circle_filled(corner, MARK, BEHIND);
     }
     area
 }
 
-impl Status {
-    /// Whether the picture on the screen, when this frame is there, is of anything else than what is set.
-    fn is_behind(&self, view: &View, area: [u32; 2]) -> bool {
-        let runner = view.choices.runner;
-        let shown = || self.shown.as_ref().is_some_and(|(by, of)| *by == runner && *of == view.job(area));
-        // What runs inside the window's frames is never late.
-        let current = runner == Runner::Wgpu || shown();
-        view.exposure.is_none() || self.error.is_some() || !current
+fn press_keys<S: Subject>(ui: &Ui, subject: &mut S) {
+    let presses = |key| ui.input(|input| input.num_presses(key));
+    for key in Showing::KEYS {
+        (0..presses(key)).for_each(|_| subject.showing_mut().press(key));
+    }
+    for &key in S::KEYS {
+        (0..presses(key)).for_each(|_| subject.press(key));
+    }
+    if presses(Key::Home) > 0 {
+        subject.reset();
     }
 }
 
-/// The picture, and what dragging over it does.
-fn stage(ui: &mut Ui, view: &mut View, status: &Status, picture: TextureId) -> [u32; 2] {
+impl<J: Job> Status<J> {
+    /// Whether the picture on the screen, when this frame is there, is of anything else than what is set.
+    fn is_behind(&self, subject: &impl Subject<Job = J>, area: [u32; 2]) -> bool {
+        let showing = subject.showing();
+        let current = match &self.shown {
+            Shown::Nothing => false,
+            Shown::Now => subject.place().inside,
+            Shown::Of(by, of) => *by == showing.runner && *of == subject.job(area),
+        };
+        showing.exposure.is_none() || self.error.is_some() || !current
+    }
+}
+
+/// The picture, and what the hand over it does.
+fn stage<S: Subject>(ui: &mut Ui, subject: &mut S, status: &Status<S::Job>, picture: TextureId) -> [u32; 2] {
     let response = ui.allocate_response(ui.available_size(), Sense::drag());
     let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-    ui.painter().image(picture, response.rect, whole, Color32::WHITE);
+    let covered = subject.picture_in(response.rect);
+    ui.painter().image(picture, covered, whole, Color32::WHITE);
+    subject.paint_over(ui.painter(), covered);
     let layer = ui.layer_id();
     let on_picture = |pos: Pos2| {
         // Lists that are open may lie over it.
         response.rect.contains(pos) && ui.ctx().layer_id_at(pos).is_none_or(|top| top == layer)
     };
     for event in ui.input(|input| input.events.clone()) {
-        if let Some((grip, by)) = view.hand.take(&event, on_picture) {
-            let by = by / response.rect.height();
-            view.drag(grip, [by.x.into(), by.y.into()]);
+        if let Some(touch) = subject.showing_mut().hand.take(&event, on_picture) {
+            subject.touch(touch, response.rect);
         }
     }
-    view.hand.keep(|button| ui.input(|input| input.pointer.button_down(button)));
+    subject.showing_mut().hand.keep(|button| ui.input(|input| input.pointer.button_down(button)));
     if response.contains_pointer() {
         let scrolled = ui.input(|input| input.smooth_scroll_delta().y);
         if scrolled != 0.0 {
-            view.scroll(scrolled.into());
+            subject.scroll(scrolled.into());
         }
     }
     if let Some(error) = &status.error {
@@ -112,160 +147,61 @@ fn stage(ui: &mut Ui, view: &mut View, status: &Status, picture: TextureId) -> [
     [size.x.round() as u32, size.y.round() as u32]
 }
 
-fn controls(ui: &mut Ui, view: &mut View, status: &Status) {
+fn controls<S: Subject>(ui: &mut Ui, subject: &mut S, status: &Status<S::Job>) {
     ui.add_space(4.0);
     ui.spacing_mut().slider_width = SLIDER;
-    ui.heading(&view.name);
+    ui.heading(&subject.showing().name);
     let device = &status.report.device;
     ui.label(RichText::new(&device.device).weak()).on_hover_text(&device.driver);
     ui.separator();
-    Grid::new("choices").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| choices(ui, view));
+    Grid::new("choices").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| subject.choices(ui));
     ui.separator();
-    Grid::new("stage").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| light_and_glass(ui, view));
+    Grid::new("stage").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
+        exposure(ui, subject.showing_mut());
+        subject.stage_controls(ui);
+    });
     ui.horizontal(|ui| {
-        ui.toggle_value(&mut view.paused, "Pause")
+        ui.toggle_value(&mut subject.showing_mut().paused, "Pause")
             .on_hover_text("Space: make pictures only where something changes");
-        if ui
-            .button("Reset view")
-            .on_hover_text("Home: camera, lamps and glass as the scene has them")
-            .clicked()
-        {
-            view.reset();
+        if ui.button("Reset").on_hover_text(format!("Home: {}", S::RESET_HINT)).clicked() {
+            subject.reset();
         }
     });
     ui.separator();
     times(ui, status);
-    if let Some(statistics) = &status.report.statistics {
-        ui.separator();
-        counts(ui, statistics);
-    }
+    subject.tell(ui, &status.report.facts);
 }
 
-fn choices(ui: &mut Ui, view: &mut View) {
-    let choices = &mut view.choices;
-    row(ui, "Method", "M", |ui| {
-        for (name, method) in methods() {
-            let mut chosen = choices.settings.method;
-            if ui.selectable_value(&mut chosen, method, name).changed() {
-                take_method(&mut choices.settings, method);
-            }
-        }
-    });
-    row(ui, "Wavelengths", "N", |ui| {
-        for count in WAVELENGTHS {
-            let name = count.map_or_else(|| "auto".into(), |n| n.to_string());
-            ui.selectable_value(&mut choices.settings.wavelengths, count, name);
-        }
-    });
-    row(ui, "Executor", "E", |ui| {
-        for runner in Runner::ALL {
-            ui.selectable_value(&mut choices.runner, runner, runner.name());
-        }
-    });
-    row(ui, "Refraction", "How light finds its way through glass", |ui| {
-        let ways = Refraction::ALL.into_iter();
-        let of_method =
-            |way: &Refraction| choices.settings.method != Method::Footprint || *way == Refraction::Traced;
-        for way in ways.filter(of_method).collect::<Vec<_>>() {
-            let mut chosen = choices.settings.refraction();
-            if ui.selectable_value(&mut chosen, way, way.name()).changed() {
-                choices.settings.refraction = Some(way);
-            }
-        }
-    });
-    row(ui, "Gap filling", "F", |ui| {
-        let mut rule = choices.settings.gap_filling();
-        let before = rule;
-        let named = |rule| GAP_FILLINGS.iter().find(|(_, r)| *r == rule).map_or("", |(name, _)| name);
-        ComboBox::from_id_salt("gaps").selected_text(named(rule)).show_ui(ui, |ui| {
-            for (name, one) in GAP_FILLINGS {
-                ui.selectable_value(&mut rule, one, name);
-            }
-        });
-        if rule != before {
-            choices.settings.gap_filling = Some(rule);
-        }
-    });
-    row(ui, "Light's view", "Photons start in its texels", |ui| {
-        let side = &mut choices.settings.emission_size;
-        ComboBox::from_id_salt("emission").selected_text(texels(*side)).show_ui(ui, |ui| {
-            for one in SIDES {
-                ui.selectable_value(side, one, texels(one));
-            }
-        });
-    });
-    row(ui, "Map", "Texels that photons land in", |ui| {
-        let side = &mut choices.settings.map_size;
-        let named = |side: Option<u32>| side.map_or_else(|| "auto".into(), texels);
-        ComboBox::from_id_salt("map").selected_text(named(*side)).show_ui(ui, |ui| {
-            for one in [None].into_iter().chain(SIDES.map(Some)) {
-                ui.selectable_value(side, one, named(one));
-            }
-        });
-    });
-    row(ui, "Samples", "Along each side of a pixel", |ui| {
-        for samples in SAMPLES {
-            ui.selectable_value(&mut choices.settings.picture_samples, samples, samples.to_string());
-        }
-    });
-    row(ui, "Pixels", "Screen pixels along a pixel of the picture", |ui| {
-        for coarseness in COARSENESSES {
-            let name = if coarseness == 1 { "all".into() } else { format!("1/{coarseness}") };
-            ui.selectable_value(&mut choices.coarseness, coarseness, name);
-        }
-    });
-}
-
-fn texels(side: u32) -> String {
-    format!("{side} x {side}")
-}
-
-fn light_and_glass(ui: &mut Ui, view: &mut View) {
+fn exposure(ui: &mut Ui, showing: &mut Showing) {
     row(ui, "Exposure", "Stops", |ui| {
-        ui.add(Slider::new(&mut view.stops, -6.0..=6.0).fixed_decimals(1));
+        ui.add(Slider::new(&mut showing.stops, -6.0..=6.0).fixed_decimals(1));
         if ui.button("auto").on_hover_text("Bring the brightest hundredth of the picture to white").clicked()
         {
-            (view.exposure, view.stops) = (None, 0.0);
+            (showing.exposure, showing.stops) = (None, 0.0);
         }
-        ui.toggle_value(&mut view.soft, "soft")
+        ui.toggle_value(&mut showing.soft, "soft")
             .on_hover_text("Bring highlights down instead of cutting them");
-    });
-    row(ui, "Lamp", "Drag it with the right button, or with Ctrl", |ui| {
-        let chosen = view.lamps.chosen;
-        match view.lamp_names.get(chosen) {
-            None => drop(ui.label("none")),
-            Some(name) if view.lamp_names.len() == 1 => drop(ui.label(name)),
-            Some(name) => {
-                ComboBox::from_id_salt("lamp").selected_text(name).show_ui(ui, |ui| {
-                    for (i, name) in view.lamp_names.iter().enumerate() {
-                        ui.selectable_value(&mut view.lamps.chosen, i, name);
-                    }
-                });
-            }
-        }
-    });
-    if !view.glass.exists() {
-        return;
-    }
-    for (axis, name) in ["Glass x", "Glass y", "Glass z"].into_iter().enumerate() {
-        row(ui, name, "In radii of the glass", |ui| {
-            ui.add(Slider::new(&mut view.glass.offset[axis], -2.0..=2.0).fixed_decimals(2));
-        });
-    }
-    row(ui, "Glass turned", "G", |ui| {
-        ui.add(Slider::new(&mut view.glass.turn_deg, -180.0..=180.0).fixed_decimals(0).suffix("°"));
-        ui.toggle_value(&mut view.glass.moving, "moves");
     });
 }
 
-fn row(ui: &mut Ui, name: &str, hint: &str, contents: impl FnOnce(&mut Ui)) {
+/// A row of a subject's controls: who runs its plans.
+pub(crate) fn executors(ui: &mut Ui, showing: &mut Showing) {
+    row(ui, "Executor", "E", |ui| {
+        for runner in Runner::ALL {
+            ui.selectable_value(&mut showing.runner, runner, runner.name());
+        }
+    });
+}
+
+/// A row of a subject's controls.
+pub(crate) fn row(ui: &mut Ui, name: &str, hint: &str, contents: impl FnOnce(&mut Ui)) {
     ui.label(name).on_hover_text(hint);
     ui.horizontal(contents);
     ui.end_row();
 }
 
 /// What a frame costs, pass by pass, and why a pass runs or not.
-fn times(ui: &mut Ui, status: &Status) {
+fn times<J: Job>(ui: &mut Ui, status: &Status<J>) {
     let Report { decisions, made, .. } = &status.report;
     if let Some(between_ms) = status.between_ms {
         let text = format!("{between_ms:.1} ms per picture, {:.1} a second", 1e3 / between_ms);
@@ -312,7 +248,7 @@ fn time(ui: &mut Ui, time: Option<&PassTime>) {
 }
 
 /// Numbers stand below each other.
-fn number(ui: &mut Ui, text: &str, width: usize) {
+pub(crate) fn number(ui: &mut Ui, text: &str, width: usize) {
     ui.monospace(format!("{text:>width$}"));
 }
 
@@ -322,26 +258,17 @@ fn why(decision: &Decision) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-fn counts(ui: &mut Ui, statistics: &Statistics) {
-    ui.label(RichText::new(format!("{} photons met glass", statistics.photons)).strong());
-    Grid::new("fates").num_columns(2).striped(true).show(ui, |ui| {
-        for (name, share) in fates(statistics) {
-            ui.label(name);
-            number(ui, &format!("{:.2} %", 100.0 * share), 9);
-            ui.end_row();
-        }
-    });
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::tests::view;
+    use crate::scene::{View, view};
     use egui::epaint::ClippedShape;
     use egui::{Event, Modifiers, PointerButton, RawInput, Shape};
 
+    type SceneStatus = Status<<View as Subject>::Job>;
+
     /// Frames with these events each, after a first one without any: what the last one draws, and the picture's area.
-    fn frames(view: &mut View, status: &Status, events: &[Vec<Event>]) -> (Vec<ClippedShape>, [u32; 2]) {
+    fn frames(view: &mut View, status: &SceneStatus, events: &[Vec<Event>]) -> (Vec<ClippedShape>, [u32; 2]) {
         let context = egui::Context::default();
         let (mut shapes, mut area) = (Vec::new(), [0, 0]);
         for events in std::iter::once(&Vec::new()).chain(events) {
@@ -379,20 +306,18 @@ mod tests {
     #[test]
     fn a_drag_does_the_same_however_many_frames_it_takes() {
         for with in [PointerButton::Primary, PointerButton::Middle] {
-            let poses: Vec<_> = [1, 2, 3, 7]
-                .map(|events_per_frame| {
-                    let mut view = view("");
-                    let events: Vec<_> = drag(with).chunks(events_per_frame).map(<[_]>::to_vec).collect();
-                    let (_, area) = frames(&mut view, &Status::default(), &events);
-                    view.job(area).pose
-                })
-                .into();
-            let eye = |pose: &crate::pose::Pose| pose.camera.world_from_camera.w_axis;
-            for pose in &poses {
-                assert!(eye(pose).distance(eye(&poses[0])) < 1e-9, "{with:?}: {}", eye(pose));
+            let eye = |view: &View| view.orbit.camera().world_from_camera.w_axis;
+            let eyes = [1, 2, 3, 7].map(|events_per_frame| {
+                let mut view = view("");
+                let events: Vec<_> = drag(with).chunks(events_per_frame).map(<[_]>::to_vec).collect();
+                frames(&mut view, &Status::default(), &events);
+                eye(&view)
+            });
+            for eye in &eyes {
+                assert!(eye.distance(eyes[0]) < 1e-9, "{with:?}: {eye}");
             }
-            let begun = eye(&view("").job([1, 1]).pose);
-            assert!(eye(&poses[0]).distance(begun) > 0.05 * begun.truncate().length(), "{with:?}: {begun}");
+            let begun = eye(&view(""));
+            assert!(eyes[0].distance(begun) > 0.05 * begun.truncate().length(), "{with:?}: {begun}");
         }
     }
 
@@ -433,27 +358,32 @@ mod tests {
             modifiers: Modifiers::NONE,
         };
         frames(&mut view, &Status::default(), &[vec![key(true), key(false), key(true), key(false)]]);
-        assert_eq!(view.choices.settings.wavelengths, WAVELENGTHS[2]);
+        let mut twice = self::view("--method asm");
+        (0..2).for_each(|_| twice.press(Key::N));
+        assert_eq!(view.choices.settings, twice.choices.settings);
+        assert_ne!(view.choices.settings, self::view("--method asm").choices.settings);
     }
 
     #[test]
     fn a_picture_of_something_else_is_marked() {
-        fn marked(view: &mut View, status: &Status) -> bool {
+        fn marked(view: &mut View, status: &SceneStatus) -> bool {
             let (shapes, _) = frames(view, status, &[]);
             shapes.iter().any(|s| matches!(&s.shape, Shape::Circle(circle) if circle.fill == BEHIND))
         }
         let mut view = view("--backend cpu --exposure 1");
         let (_, area) = frames(&mut view, &Status::default(), &[]);
         assert!(marked(&mut view, &Status::default()));
-        let status = Status { shown: Some((Runner::Cpu, view.job(area))), ..Status::default() };
+        let status = Status { shown: Shown::Of(Runner::Cpu, view.job(area)), ..Status::default() };
         assert!(!marked(&mut view, &status));
-        view.choices.runner = Runner::Vulkan;
+        view.showing.runner = Runner::Vulkan;
         assert!(marked(&mut view, &status));
-        view.choices.runner = Runner::Cpu;
+        view.showing.runner = Runner::Cpu;
         view.orbit.turn(0.1, 0.0);
         assert!(marked(&mut view, &status));
         // What runs in the window's own frames is there with them.
-        view.choices.runner = Runner::Wgpu;
+        let status = Status { shown: Shown::Now, ..Status::default() };
+        assert!(marked(&mut view, &status));
+        view.showing.runner = Runner::Wgpu;
         assert!(!marked(&mut view, &status));
     }
 }

@@ -11,19 +11,25 @@ const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// A texture of the window's device as large as the picture, which egui shows.
 pub(crate) struct Screen {
     /// What the picture is drawn into.
-    pub(crate) view: wgpu::TextureView,
+    view: wgpu::TextureView,
     /// How.
-    pub(crate) pass: DisplayPass,
+    pass: DisplayPass,
+    /// How egui enlarges it.
+    filter: wgpu::FilterMode,
     /// As egui knows it.
     pub(crate) id: egui::TextureId,
 }
 
 impl Screen {
     /// One pixel, for a start.
-    pub(crate) fn new(graphics: &Graphics, painter: &mut egui_wgpu::Renderer) -> Self {
+    pub(crate) fn new(
+        graphics: &Graphics,
+        painter: &mut egui_wgpu::Renderer,
+        filter: wgpu::FilterMode,
+    ) -> Self {
         let view = texture(&graphics.device, [1, 1]);
-        let id = painter.register_native_texture(&graphics.device, &view, wgpu::FilterMode::Nearest);
-        Self { pass: DisplayPass::new(&graphics.device, FORMAT), view, id }
+        let id = painter.register_native_texture(&graphics.device, &view, filter);
+        Self { pass: DisplayPass::new(&graphics.device, FORMAT), view, filter, id }
     }
 
     /// Make it of this size, as it is most of the time. What it showed is gone if it was not.
@@ -33,16 +39,11 @@ impl Screen {
         let texture_now = self.view.texture();
         if [texture_now.width(), texture_now.height()] != size {
             self.view = texture(&graphics.device, size);
-            painter.update_egui_texture_from_wgpu_texture(
-                &graphics.device,
-                &self.view,
-                wgpu::FilterMode::Nearest,
-                self.id,
-            );
+            painter.update_egui_texture_from_wgpu_texture(&graphics.device, &self.view, self.filter, self.id);
         }
     }
 
-    /// Record the drawing of a picture that another device made.
+    /// Record the drawing of a picture.
     pub(crate) fn draw(
         &mut self,
         graphics: &Graphics,

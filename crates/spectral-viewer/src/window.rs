@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 use asm_core::{PASSES, Picture};
 use asm_wgpu::{WgpuExecutor, wgpu};
 use egui::ViewportId;
-use frame_plan::Executor;
+use frame_plan::{DeviceInfo, Executor};
 use spectral_cli::CliError;
 use spectral_cli::output::atomic_file::AtomicFile;
 use spectral_cli::output::png;
@@ -14,34 +14,42 @@ use spectral_cli::picture::auto_exposure;
 use spectral_cli::values::Size;
 use spectral_cli::view::ViewArgs;
 use spectral_core::display::Display;
-use spectral_scene::Scene;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{StartCause, WindowEvent};
 use winit::event_loop::{ActiveEventLoop, ControlFlow, EventLoop, EventLoopProxy};
 use winit::window::{Window, WindowId};
 
-use crate::choices::Runner;
 use crate::graphics::Graphics;
-use crate::job::{Job, Report};
-use crate::maker::{Maker, Progress};
-use crate::panel::{self, Status};
+use crate::maker::{Finished, Maker, Progress};
+use crate::panel::{self, Shown, Status};
+use crate::runner::Place;
 use crate::screen::Screen;
+use crate::subject::{Job, Report, Subject};
 use crate::times::{PassTimes, moving_mean};
-use crate::view::View;
+use crate::worker::Wake;
 
-/// Show the scene of the command line until the window is closed.
+/// Show what `begin` makes in a window on the device that it is told, with what wakes that window, until the window is closed.
 ///
 /// # Errors
-/// A scene that cannot be shown, no display, no device; with `--frames`, whatever keeps a picture from being made.
-pub(crate) fn show(args: &ViewArgs) -> Result<(), CliError> {
+/// Those of `begin`, no display, no device; with `--frames`, whatever keeps a picture from being made.
+pub(crate) fn show<S: Subject>(
+    args: &ViewArgs,
+    title: &str,
+    begin: impl FnOnce(&DeviceInfo, Wake) -> Result<S, CliError>,
+) -> Result<(), CliError> {
     // Before a window appears.
-    args.settings()?;
     let screenshot = args.screenshot_file()?;
-    let scene = spectral_cli::open(&args.scene)?.scene;
     let event_loop = EventLoop::new().map_err(no_window)?;
-    let mut program =
-        Program { args, scene, screenshot, wake: event_loop.create_proxy(), open: None, ended: Ok(()) };
+    let mut program = Program {
+        args,
+        title: format!("spectral view {title}"),
+        begin: Some(begin),
+        screenshot,
+        wake: event_loop.create_proxy(),
+        open: None,
+        ended: Ok(()),
+    };
     event_loop.run_app(&mut program).map_err(no_window)?;
     program.ended
 }
@@ -58,32 +66,33 @@ fn no_window(error: impl std::fmt::Display) -> CliError {
 }
 
 /// The program while its event loop runs.
-struct Program<'a> {
+struct Program<'a, S: Subject, B> {
     args: &'a ViewArgs,
-    scene: Scene,
+    title: String,
+    /// Taken when there is a window.
+    begin: Option<B>,
     screenshot: Option<AtomicFile>,
     wake: EventLoopProxy<()>,
-    open: Option<Open>,
+    open: Option<Open<S>>,
     ended: Result<(), CliError>,
 }
 
 /// The window with everything in it.
-struct Open {
-    scene: Scene,
+struct Open<S: Subject> {
     wake: EventLoopProxy<()>,
     graphics: Graphics,
     input: egui_winit::State,
     painter: egui_wgpu::Renderer,
     screen: Screen,
-    view: View,
-    maker: Maker,
+    subject: S,
+    maker: Maker<S::Job>,
     /// Whom `maker` was made for.
-    runner: Runner,
+    place: Place,
     /// What was last begun, and how it was to be shown.
-    last: Option<(Job, Display)>,
+    last: Option<(S::Job, Display)>,
     /// How the newest frame shows its picture.
     drawn: Option<Display>,
-    status: Status,
+    status: Status<S::Job>,
     /// The status has changed since the panel last told it.
     untold: bool,
     /// Pictures shown so far.
@@ -92,7 +101,7 @@ struct Open {
     last_picture: Option<Instant>,
 }
 
-impl Program<'_> {
+impl<S: Subject, B> Program<'_, S, B> {
     /// A failure ends the program.
     fn end(&mut self, event_loop: &ActiveEventLoop, ended: Result<(), CliError>) {
         self.ended = ended;
@@ -128,10 +137,12 @@ impl Program<'_> {
     }
 }
 
-impl ApplicationHandler for Program<'_> {
+impl<S: Subject, B: FnOnce(&DeviceInfo, Wake) -> Result<S, CliError>> ApplicationHandler
+    for Program<'_, S, B>
+{
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
-        if self.open.is_none() {
-            match Open::new(event_loop, self.args, self.scene.clone(), self.wake.clone()) {
+        if let Some(begin) = self.begin.take() {
+            match Open::new(event_loop, (self.args, &self.title), begin, self.wake.clone()) {
                 Ok(open) => self.open = Some(open),
                 Err(error) => self.end(event_loop, Err(error)),
             }
@@ -177,25 +188,25 @@ impl ApplicationHandler for Program<'_> {
     }
 }
 
-impl Open {
+impl<S: Subject> Open<S> {
     fn new(
         event_loop: &ActiveEventLoop,
-        args: &ViewArgs,
-        scene: Scene,
+        (args, title): (&ViewArgs, &str),
+        begin: impl FnOnce(&DeviceInfo, Wake) -> Result<S, CliError>,
         wake: EventLoopProxy<()>,
     ) -> Result<Self, CliError> {
         let attributes = Window::default_attributes()
-            .with_title(format!("spectral view {}", scene.name))
+            .with_title(title)
             .with_inner_size(PhysicalSize::new(args.size.width, args.size.height));
         let window = event_loop.create_window(attributes).map_err(no_window)?;
         let graphics = Graphics::new(event_loop, Arc::new(window), args.screenshot.is_some())?;
         let options = egui_wgpu::RendererOptions::default();
         let mut painter = egui_wgpu::Renderer::new(&graphics.device, graphics.format(), options);
-        let screen = Screen::new(&graphics, &mut painter);
+        let screen = Screen::new(&graphics, &mut painter, S::FILTER);
         let (device, queue) = (graphics.device.clone(), graphics.queue.clone());
         let device_info = WgpuExecutor::from_host(device, queue, PASSES).info().clone();
-        let view = View::new(&scene, args, &device_info)?;
-        let runner = view.choices.runner;
+        let subject = begin(&device_info, waking(&wake))?;
+        let place = subject.place();
         let most = graphics.device.limits().max_texture_dimension_2d as usize;
         let context = egui::Context::default();
         // Pictures are judged against dark surroundings.
@@ -204,15 +215,14 @@ impl Open {
             egui_winit::State::new(context, ViewportId::ROOT, &*graphics.window, None, None, Some(most));
         graphics.window.request_redraw();
         Ok(Self {
-            maker: maker(runner, &scene, &graphics, &wake),
-            scene,
+            maker: subject.maker(&graphics, waking(&wake)),
             wake,
             graphics,
             input,
             painter,
             screen,
-            view,
-            runner,
+            subject,
+            place,
             last: None,
             drawn: None,
             status: Status::default(),
@@ -233,7 +243,7 @@ impl Open {
         copied: bool,
     ) -> Result<Option<wgpu::Buffer>, CliError> {
         let Some(frame) = self.graphics.next_frame()? else { return Ok(None) };
-        self.view.advance(self.last_frame.elapsed().as_secs_f64());
+        self.subject.advance(self.last_frame.elapsed().as_secs_f64());
         self.last_frame = Instant::now();
 
         let window = Arc::clone(&self.graphics.window);
@@ -241,7 +251,7 @@ impl Open {
         let mut area = [0, 0];
         let egui::FullOutput { platform_output, textures_delta, shapes, pixels_per_point, viewport_output } =
             context.run_ui(self.input.take_egui_input(&window), |ui| {
-                area = panel::show(ui, &mut self.view, &self.status, self.screen.id);
+                area = panel::show(ui, &mut self.subject, &self.status, self.screen.id);
             });
         self.input.handle_platform_output(&window, platform_output);
         self.untold = false;
@@ -254,8 +264,8 @@ impl Open {
         let copy = copied.then(|| self.graphics.copy_frame(&frame.texture, &mut encoder));
         self.graphics.queue.submit([encoder.finish()]);
         self.graphics.queue.present(frame);
-        if recorded {
-            self.after_submit();
+        if recorded && let Some(report) = self.maker.after_submit() {
+            self.made(report);
         }
         self.schedule(event_loop, viewport_output.get(&ViewportId::ROOT).map(|root| root.repaint_delay));
         Ok(copy)
@@ -263,38 +273,47 @@ impl Open {
 
     /// Have a picture made where one is due; whether it is part of this frame.
     fn record_picture(&mut self, area: [u32; 2], encoder: &mut wgpu::CommandEncoder) -> bool {
-        let Self { graphics, painter, screen, view, maker, status, .. } = self;
-        if self.runner != view.choices.runner {
-            self.runner = view.choices.runner;
-            *maker = self::maker(self.runner, &self.scene, graphics, &self.wake);
+        let Self { graphics, painter, screen, subject, maker, status, .. } = self;
+        if self.place != subject.place() {
+            self.place = subject.place();
+            *maker = subject.maker(graphics, waking(&self.wake));
             (self.last, self.last_picture, *status) = (None, None, Status::default());
         }
-        let (job, display) = (view.job(area), view.display());
-        let now = (job, display);
+        let showing = subject.showing();
+        let now = (subject.job(area), showing.display());
         let changed = self.last.as_ref() != Some(&now);
         // What failed is tried again once it is something else.
-        let due = changed || !(view.paused || status.error.is_some());
-        screen.fit(graphics, painter, now.0.size);
-        let progress = maker.record(&now.0, due, (graphics, encoder), screen, &display);
-        self.drawn = Some(display);
+        let due = changed || !(showing.paused || status.error.is_some());
+        let wanted = showing.exposure.is_none() || subject.wants(&now.0);
+        screen.fit(graphics, painter, now.0.size());
+        let (job, display) = &now;
+        let progress = maker.record((job, due, wanted), (graphics, encoder), screen, display);
+        self.drawn = Some(*display);
         match progress {
             Err(error) => {
                 self.failed(error);
                 self.last = Some(now);
                 false
             }
-            Ok(Progress { recorded, begun, arrived, idle }) => {
+            Ok(Progress { current, recorded, begun, arrived, copied, idle }) => {
+                if recorded {
+                    self.status.shown = if current { Shown::Now } else { Shown::Nothing };
+                }
                 // What came while another executor was busy is still due.
-                if recorded || begun {
+                if current || begun {
                     self.last = Some(now);
                 }
                 match arrived {
-                    Some(Ok((picture, job, report))) => {
-                        self.status.shown = Some((self.runner, job));
-                        self.made(Some(picture), report);
+                    Some(Ok(Finished { picture, job, report })) => {
+                        self.made(report);
+                        self.arrived(&job, &picture);
+                        self.status.shown = Shown::Of(self.place.runner, job);
                     }
                     Some(Err(error)) => self.failed(error),
                     None => {}
+                }
+                if let Some((job, picture)) = copied {
+                    self.arrived(&job, &picture);
                 }
                 if idle {
                     // A pause is no part of what a picture takes.
@@ -343,28 +362,28 @@ impl Open {
         }
     }
 
-    /// Learn about a picture made inside this frame.
-    fn after_submit(&mut self) {
-        match self.maker.after_submit(self.view.exposure.is_none()) {
-            Ok((picture, report)) => self.made(picture, report),
-            Err(error) => self.failed(error),
-        }
-    }
-
     /// Take in why there is no picture.
     fn failed(&mut self, error: String) {
         self.status.error = Some(error);
         self.untold = true;
     }
 
-    /// Take in a picture. It is shown with its exposure from the next frame on.
-    fn made(&mut self, picture: Option<Picture>, report: Report) {
+    /// Take in a picture that has come to the host. It is shown with its exposure from the next frame on.
+    fn arrived(&mut self, job: &S::Job, picture: &Picture) {
+        let showing = self.subject.showing_mut();
+        if showing.exposure.is_none() {
+            showing.exposure = Some(auto_exposure(&picture.xyz));
+        }
+        self.subject.take(job, picture);
+        self.untold = true;
+    }
+
+    /// Take in that a picture was made.
+    fn made(&mut self, report: Report<<S::Job as Job>::Facts>) {
         self.status.error = None;
         self.untold = true;
-        if self.view.exposure.is_some() {
+        if self.subject.showing().exposure.is_some() {
             self.pictures += 1;
-        } else if let Some(picture) = picture {
-            self.view.exposure = Some(auto_exposure(&picture.xyz));
         }
         let since = self.last_picture.replace(Instant::now()).map(|last| last.elapsed().as_secs_f64() * 1e3);
         self.status.between_ms = match (self.status.between_ms, since) {
@@ -380,9 +399,10 @@ impl Open {
 
     /// When to draw again.
     fn schedule(&self, event_loop: &ActiveEventLoop, panel: Option<Duration>) {
-        let inside = matches!(self.maker, Maker::Inside { .. });
-        let running = inside && !self.view.paused && self.status.error.is_none();
-        let stale = self.drawn != Some(self.view.display());
+        let showing = self.subject.showing();
+        let running = self.maker.is_inside() && !showing.paused && self.status.error.is_none();
+        let running = running || self.maker.is_copying();
+        let stale = self.drawn != Some(showing.display());
         match panel {
             Some(Duration::ZERO) => self.graphics.window.request_redraw(),
             _ if running || stale || self.untold => self.graphics.window.request_redraw(),
@@ -395,16 +415,11 @@ impl Open {
     }
 }
 
-/// What makes pictures for the window from now on.
-fn maker(runner: Runner, scene: &Scene, graphics: &Graphics, wake: &EventLoopProxy<()>) -> Maker {
+/// Brings the window's loop to its next frame, from any thread.
+fn waking(wake: &EventLoopProxy<()>) -> Wake {
     let wake = wake.clone();
     // A loop that has ended needs no waking.
-    Maker::new(
-        runner,
-        scene.clone(),
-        graphics,
-        Box::new(move || {
-            let _ = wake.send_event(());
-        }),
-    )
+    Arc::new(move || {
+        let _ = wake.send_event(());
+    })
 }

@@ -1,23 +1,13 @@
-//! Executors with a device of their own, on a thread beside the window's: it stays responsive however long a picture takes.
+//! Work on a thread beside the window's: it stays responsive however long a picture, a fit or an exact sum takes.
 
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::{self, JoinHandle};
 
-use asm_core::{AsmError, AsmRenderer, PASSES, Picture};
-use frame_plan::Executor;
-use frame_plan::cpu::CpuExecutor;
-use spectral_cli::backend;
-use spectral_scene::Scene;
+/// Told when something is done.
+pub(crate) type Wake = Arc<dyn Fn() + Send + Sync>;
 
-use crate::job::{Job, Report};
-
-/// A picture with what it is of and what is known of it, or why there is none.
-pub(crate) type Outcome = Result<(Picture, Job, Report), String>;
-
-/// Told when a picture is there.
-pub(crate) type Wake = Box<dyn Fn() + Send>;
-
-/// Wakes once more when the thread ends: if it panicked, somebody waits for its picture.
+/// Wakes once more when the thread ends: if it panicked, somebody waits for what it was to do.
 struct WakeAtEnd(Wake);
 
 impl Drop for WakeAtEnd {
@@ -26,42 +16,31 @@ impl Drop for WakeAtEnd {
     }
 }
 
-/// A thread that makes one picture after the other.
-pub(crate) struct Worker {
+/// A thread that does one task after the other: of `T` it makes `O`, or says in a sentence why not.
+pub(crate) struct Worker<T, O> {
     /// Taken when the thread is to end.
-    jobs: Option<Sender<Job>>,
-    outcomes: Receiver<Outcome>,
+    tasks: Option<Sender<T>>,
+    outcomes: Receiver<Result<O, String>>,
     thread: Option<JoinHandle<()>>,
     busy: bool,
 }
 
-impl Worker {
-    /// On the CPU executor, with all cores.
-    pub(crate) fn cpu(scene: Scene, wake: Wake) -> Self {
-        Self::start(scene, wake, || CpuExecutor::new(PASSES, None).map_err(|error| error.to_string()))
-    }
-
-    /// On the Vulkan executor's best device.
-    pub(crate) fn vulkan(scene: Scene, wake: Wake) -> Self {
-        Self::start(scene, wake, || backend::vulkan(None))
-    }
-
-    /// On the executor that `open` opens, on the thread that uses it.
-    fn start<E: Executor>(
-        mut scene: Scene,
+impl<T: Send + 'static, O: Send + 'static> Worker<T, O> {
+    /// Tasks are done by what `open` opens, on the thread that uses it.
+    pub(crate) fn start<W: FnMut(T) -> Result<O, String>>(
         wake: Wake,
-        open: impl FnOnce() -> Result<E, String> + Send + 'static,
+        open: impl FnOnce() -> Result<W, String> + Send + 'static,
     ) -> Self {
-        let (jobs, to_do) = channel::<Job>();
+        let (tasks, to_do) = channel::<T>();
         let (done, outcomes) = channel();
         let thread = thread::spawn(move || {
             let wake = WakeAtEnd(wake);
             // Gone before the last waking, which then finds the channel closed.
             let done = done;
-            let mut renderer = open().map(AsmRenderer::new);
-            for job in to_do {
-                let outcome = match &mut renderer {
-                    Ok(renderer) => make(renderer, &mut scene, job),
+            let mut work = open();
+            for task in to_do {
+                let outcome = match &mut work {
+                    Ok(work) => work(task),
                     Err(reason) => Err(reason.clone()),
                 };
                 if done.send(outcome).is_err() {
@@ -70,32 +49,32 @@ impl Worker {
                 (wake.0)();
             }
         });
-        Self { jobs: Some(jobs), outcomes, thread: Some(thread), busy: false }
+        Self { tasks: Some(tasks), outcomes, thread: Some(thread), busy: false }
     }
 
-    /// Whether a picture is being made.
+    /// Whether a task is being done.
     pub(crate) fn is_busy(&self) -> bool {
         self.busy
     }
 
-    /// Have a picture made. Call it when none is being made: they do not overtake each other.
-    pub(crate) fn begin(&mut self, job: Job) {
-        if let Some(jobs) = &self.jobs {
+    /// Have a task done. Call it when none is: they do not overtake each other.
+    pub(crate) fn begin(&mut self, task: T) {
+        if let Some(tasks) = &self.tasks {
             // A thread that has ended shows in `finished`.
-            let _ = jobs.send(job);
+            let _ = tasks.send(task);
             self.busy = true;
         }
     }
 
-    /// The picture that was begun, once it is there.
-    pub(crate) fn finished(&mut self) -> Option<Outcome> {
+    /// What came of the task that was begun, once it is done.
+    pub(crate) fn finished(&mut self) -> Option<Result<O, String>> {
         if !self.busy {
             return None;
         }
         let outcome = match self.outcomes.try_recv() {
             Ok(outcome) => outcome,
             Err(TryRecvError::Empty) => return None,
-            Err(TryRecvError::Disconnected) => Err("the executor's thread has ended".into()),
+            Err(TryRecvError::Disconnected) => Err("the thread that makes it has ended".into()),
         };
         self.busy = false;
         Some(outcome)
@@ -103,9 +82,9 @@ impl Worker {
 }
 
 /// A device is not left while it works: drivers take their process down with them.
-impl Drop for Worker {
+impl<T, O> Drop for Worker<T, O> {
     fn drop(&mut self) {
-        self.jobs = None;
+        self.tasks = None;
         if let Some(thread) = self.thread.take() {
             // Its panic was told when it happened.
             let _ = thread.join();
@@ -113,31 +92,36 @@ impl Drop for Worker {
     }
 }
 
-fn make<E: Executor>(renderer: &mut AsmRenderer<E>, scene: &mut Scene, job: Job) -> Outcome {
-    let mut made = || -> Result<(Picture, Report), AsmError> {
-        job.prepare(renderer, scene)?;
-        renderer.execute()?;
-        let (picture, _) = renderer.read()?;
-        Ok((picture, Report::of(renderer)))
-    };
-    let (picture, report) = made().map_err(|error| error.to_string())?;
-    Ok((picture, job, report))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::tests::view;
+
+    fn listened() -> (Wake, Receiver<()>) {
+        let (told, wakings) = channel();
+        (Arc::new(move || told.send(()).expect("the test listens")), wakings)
+    }
 
     #[test]
-    fn a_thread_that_panics_tells_who_waits_for_its_picture() {
-        let (told, wakings) = channel();
-        let wake: Wake = Box::new(move || told.send(()).expect("the test listens"));
-        let open = || -> Result<CpuExecutor, String> { panic!("on purpose") };
-        let mut worker = Worker::start(Scene::default(), wake, open);
-        worker.begin(view("").job([1, 1]));
+    fn tasks_are_done_one_after_the_other() {
+        let (wake, wakings) = listened();
+        let mut worker = Worker::start(wake, || Ok(|task: u32| task.checked_sub(1).ok_or("none".into())));
+        assert!(worker.finished().is_none());
+        for (task, outcome) in [(3, Ok(2)), (0, Err("none".to_owned())), (1, Ok(0))] {
+            worker.begin(task);
+            assert!(worker.is_busy());
+            wakings.recv().expect("a waking");
+            assert_eq!(worker.finished(), Some(outcome));
+        }
+    }
+
+    #[test]
+    fn a_thread_that_panics_tells_who_waits_for_it() {
+        let (wake, wakings) = listened();
+        let open = || -> Result<fn(()) -> Result<(), String>, String> { panic!("on purpose") };
+        let mut worker = Worker::start(wake, open);
+        worker.begin(());
         wakings.recv().expect("a waking");
-        let Some(Err(error)) = worker.finished() else { panic!("neither a picture nor nothing") };
+        let Some(Err(error)) = worker.finished() else { panic!("neither done nor nothing") };
         assert!(error.contains("ended") && !worker.is_busy(), "{error}");
     }
 }

@@ -11,6 +11,7 @@ pub mod pond_convolve;
 pub mod pond_crop;
 pub mod pond_fft;
 pub mod pond_heights;
+pub mod pond_picture;
 pub mod pond_product;
 pub mod pond_relief;
 pub mod pond_spectrum;
@@ -29,6 +30,7 @@ pub const PASSES: PassSet = PassSet(&[
     &pond_fft::POND_FFT,
     &pond_spectrum::POND_SPECTRUM,
     &pond_crop::POND_CROP,
+    &pond_picture::POND_PICTURE,
 ]);
 
 /// The passes with their SPIR-V, compiled when this crate was built.

@@ -15,6 +15,7 @@ pub(crate) const POND_CONVOLVE: &[&str] = &[POND, include_str!("../../../../shad
 pub(crate) const POND_FFT: &[&str] = &[include_str!("../../../../shaders/pond_fft.wgsl")];
 pub(crate) const POND_SPECTRUM: &[&str] = &[include_str!("../../../../shaders/pond_spectrum.wgsl")];
 pub(crate) const POND_CROP: &[&str] = &[POND, include_str!("../../../../shaders/pond_crop.wgsl")];
+pub(crate) const POND_PICTURE: &[&str] = &[POND, include_str!("../../../../shaders/pond_picture.wgsl")];
 
 /// Every pass by its name.
 #[cfg(feature = "spirv")]
@@ -29,4 +30,5 @@ pub(crate) const ALL: &[(&str, &[&str])] = &[
     ("pond_fft", POND_FFT),
     ("pond_spectrum", POND_SPECTRUM),
     ("pond_crop", POND_CROP),
+    ("pond_picture", POND_PICTURE),
 ];

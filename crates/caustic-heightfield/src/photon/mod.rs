@@ -83,20 +83,24 @@ impl Photon {
     /// # Errors
     /// A pond that is none of this, or light that goes from dense to thin.
     pub fn new(pond: &Pond, settings: PhotonSettings) -> Result<Self, PondError> {
-        if pond.form == Form::Paper {
-            return Err(PondError::Photon { what: "the paper's form, which is no flux; take physical" });
-        }
-        if let Illumination::Map(_) = pond.illumination {
-            return Err(PondError::Photon {
-                what: "light that varies over the surface; take another method",
-            });
-        }
-        if pond.eta() < 1.0 {
-            return Err(PondError::Photon {
-                what: "light that goes from the dense to the thin side; take another method",
-            });
-        }
+        check(pond)?;
         Ok(Self { pond: pond.clone(), settings, planner: Planner::default(), prepared: None })
+    }
+
+    /// From now on light and water are this pond's: the next plan follows, by numbers alone where only they differ.
+    ///
+    /// # Errors
+    /// As [`Photon::new`].
+    pub fn set_pond(&mut self, pond: &Pond) -> Result<(), PondError> {
+        check(pond)?;
+        self.pond.clone_from(pond);
+        Ok(())
+    }
+
+    /// The plan that was prepared last.
+    #[must_use]
+    pub fn prepared(&self) -> Option<&PhotonPlan> {
+        self.prepared.as_ref()
     }
 
     /// The plan for the light on `floor` below `surface`.
@@ -189,6 +193,22 @@ impl Photon {
             }
         }
     }
+}
+
+/// Whether light goes through its water as here.
+fn check(pond: &Pond) -> Result<(), PondError> {
+    if pond.form == Form::Paper {
+        return Err(PondError::Photon { what: "the paper's form, which is no flux; take physical" });
+    }
+    if let Illumination::Map(_) = pond.illumination {
+        return Err(PondError::Photon { what: "light that varies over the surface; take another method" });
+    }
+    if pond.eta() < 1.0 {
+        return Err(PondError::Photon {
+            what: "light that goes from the dense to the thin side; take another method",
+        });
+    }
+    Ok(())
 }
 
 impl PhotonPlan {

@@ -1,6 +1,6 @@
 //! What frames write and read.
 
-use frame_plan::Executor;
+use frame_plan::{Executor, ResourceId};
 
 use super::surface::source_blocks;
 use super::{HeightSource, PondPlan};
@@ -129,6 +129,34 @@ impl PondPlan {
         }
         self.pond = pond.clone();
         Ok(())
+    }
+
+    /// Samples of the surface and the floor in x and y.
+    #[must_use]
+    pub fn size(&self) -> [usize; 2] {
+        self.size
+    }
+
+    /// The floor's picture on the device, of a plan that was asked for one: XYZ and padding per sample, f32, row-major, x fastest.
+    #[must_use]
+    pub fn picture(&self) -> Option<ResourceId> {
+        self.ids.picture
+    }
+
+    /// Have every frame bring the counts of its surface along: for [`PondPlan::latest_outside_states`].
+    ///
+    /// # Errors
+    /// Those of the executor, which runs this plan.
+    pub fn watch_states(&self, executor: &mut dyn Executor) -> Result<(), PondError> {
+        Ok(executor.watch(&[self.ids.report])?)
+    }
+
+    /// [`PondFrame::outside_states`] of the last frame that is known to have finished, without waiting; none if there is no such frame
+    /// yet.
+    #[must_use]
+    pub fn latest_outside_states(&self, executor: &mut dyn Executor) -> Option<usize> {
+        let report: Vec<u32> = words(executor.latest(self.ids.report)?);
+        Some(report[OUTSIDE_STATES] as usize)
     }
 
     /// Wait for the last frame and read its light.

@@ -4,7 +4,7 @@
 //! impulses --pond_heights--> heights --pond_relief--> relief
 //!                               |                       |
 //!                               +-----pond_surface------+--> beams --pond_product or pond_coefficients--> terms
-//! terms, kernels --pond_convolve, or pond_fft, pond_spectrum, pond_fft and pond_crop--> irradiance
+//! terms, kernels --pond_convolve, or pond_fft, pond_spectrum, pond_fft and pond_crop--> irradiance --pond_picture--> picture
 //! ```
 //!
 //! A plan is made once. A frame only replaces heights or the list of impulses, the light, and what it is refracted by.
@@ -21,12 +21,14 @@ use crate::error::PondError;
 use crate::height_field::HeightField;
 use crate::low_rank::table::Table;
 use crate::passes::pond_coefficients::PondCoefficients;
+use crate::passes::pond_picture::PondPicture;
 use crate::passes::pond_product::PondProduct;
 use crate::passes::pond_relief::RELIEF_WORDS;
 use crate::passes::report::REPORT_WORDS;
-use crate::passes::{PondGrid, groups_of_samples};
+use crate::passes::{PondGrid, groups_of_grid, groups_of_samples};
 use crate::pond::{Illumination, Pond};
 pub use frame::PondFrame;
+use spectral_core::rgb::D65_WHITE_XYZ;
 
 /// Where a plan's heights come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -50,6 +52,8 @@ pub struct PlanSettings {
     pub heights: HeightSource,
     /// Entries of the tables that Gamma and T are looked up in, as the paper has it; evaluated if there are none.
     pub refraction_entries: Option<usize>,
+    /// Whether the floor is made a picture, too, for a host that shows it where it is: [`PondPlan::picture`].
+    pub picture: bool,
 }
 
 /// What a plan needs to know of a method.
@@ -83,6 +87,7 @@ struct Ids {
     illumination: ResourceId,
     refraction_table: ResourceId,
     irradiance: ResourceId,
+    picture: Option<ResourceId>,
     report: ResourceId,
     surface: ParamsId,
     /// Impulses and the blocks that say which of them an iteration takes.
@@ -121,7 +126,9 @@ impl PondPlan {
         let irradiance =
             builder.plan.add_resource(Resource::buffer("irradiance", 4 * samples as u64).readable());
         builder.convolve(method.terms, images, irradiance);
-        let ids = Ids { heights, illumination, refraction_table, irradiance, report, surface, impulses };
+        let picture = settings.picture.then(|| builder.picture(irradiance));
+        let ids =
+            Ids { heights, illumination, refraction_table, irradiance, picture, report, surface, impulses };
         let mut plan = Self {
             plan: builder.plan,
             pond: method.pond.clone(),
@@ -155,6 +162,21 @@ impl Builder {
     fn decide(&mut self, pass: &str, kept: bool, reason: impl Into<String>) {
         let decision = Decision { pass: pass.into(), kept, reason: reason.into(), notes: Vec::new() };
         self.plan.decisions.push(decision);
+    }
+
+    /// The floor as a picture. Light of one index of refraction is shown as white.
+    fn picture(&mut self, irradiance: ResourceId) -> ResourceId {
+        let samples = self.grid.samples() as u64;
+        let picture = self.plan.add_resource(Resource::buffer("picture", 16 * samples).readable());
+        let white_xyz = D65_WHITE_XYZ.map(|w| w as f32);
+        let params = PondPicture { grid: self.grid, white_xyz, reserved: 0 };
+        let params = self.plan.add_params("pond_picture", &params);
+        self.plan.steps.push(Step::Dispatch {
+            pass: pass("pond_picture", Some(params), &[irradiance, picture]),
+            groups: groups_of_grid(self.grid.size()),
+        });
+        self.decide("pond_picture", true, "the floor is to be shown");
+        picture
     }
 
     /// The images that are convolved, one per term.

@@ -9,7 +9,8 @@ use serde::Serialize;
 use serde_json::Value;
 use spectral_core::rgb::D65_WHITE_XYZ;
 
-use super::method::{Floor, Method, MethodArgs};
+use super::floors::{Floor, Floors};
+use super::method::MethodArgs;
 use crate::choices::{Dispersed, PondMethod};
 use crate::error::CliError;
 use crate::messages;
@@ -45,7 +46,7 @@ pub(super) struct DispersionStats {
 
 /// The methods of a floor: one, or one per wavelength.
 pub(super) struct ColorMethod {
-    methods: Vec<Method>,
+    methods: Vec<Floors>,
     pub(super) stats: DispersionStats,
 }
 
@@ -143,7 +144,7 @@ impl ColorMethod {
             Some(bands) => {
                 let mut outside = 0;
                 let of = |band: usize| -> Result<FloorLight, PondError> {
-                    let floor = self.methods[band].floor(surface)?;
+                    let floor = self.methods[band].below(surface)?;
                     outside += floor.outside;
                     Ok(floor.light)
                 };
@@ -152,7 +153,7 @@ impl ColorMethod {
             }
             None => {
                 let Floor { light, outside, xyz } =
-                    self.methods[0].floor(surface).map_err(CliError::failed)?;
+                    self.methods[0].below(surface).map_err(CliError::failed)?;
                 (light.grid, xyz.map_or(Pixels::Y(light.irradiance), Pixels::Xyz), light.report, outside)
             }
         };

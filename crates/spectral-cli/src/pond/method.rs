@@ -1,13 +1,9 @@
-//! How a floor is computed, and in which numbers.
+//! The options that say how a floor is computed, and in which numbers.
 
-use caustic_heightfield::adjusted::{F16, Format};
-use caustic_heightfield::{
-    Convolution, ConvolutionSettings, FloorGrid, FloorLight, HeightField, LobeSum, LowRankSettings, Pond,
-    PondError, Sample, SixPassSettings, SixPasses, exact, relative_rms,
-};
+use caustic_heightfield::{HeightField, Pond};
 use clap::Args;
-use serde_json::{Value, json};
 
+use super::floors::{FloorChoice, Floors};
 use crate::args::DeviceArgs;
 use crate::choices::{PondMethod, Precision, Sums};
 use crate::error::CliError;
@@ -35,38 +31,6 @@ pub(crate) struct MethodArgs {
     pub(super) device: DeviceArgs,
 }
 
-/// A method that is ready for surfaces of one grid.
-pub(super) struct Method {
-    /// What it says about itself.
-    pub(super) details: Value,
-    pub(super) floor: Box<Floors>,
-}
-
-type Floors = dyn Fn(&HeightField) -> Result<Floor, PondError>;
-
-/// The light on one floor.
-pub(super) struct Floor {
-    pub(super) light: FloorLight,
-    /// Values that were not as those of the surfaces that the method was made for: states of low-rank's table that were taken to be the
-    /// nearest, or numbers that a frame buffer clamped.
-    pub(super) outside: usize,
-    /// XYZ, of a method that has all wavelengths at once.
-    pub(super) xyz: Option<Vec<[f64; 3]>>,
-}
-
-impl From<FloorLight> for Floor {
-    fn from(light: FloorLight) -> Self {
-        Self { light, outside: 0, xyz: None }
-    }
-}
-
-impl Method {
-    /// The light on the floor below a surface.
-    pub(super) fn floor(&self, surface: &HeightField) -> Result<Floor, PondError> {
-        (self.floor)(surface)
-    }
-}
-
 impl MethodArgs {
     /// Hold the options against the method.
     ///
@@ -81,15 +45,7 @@ impl MethodArgs {
             _ if !is_plan && let Some(option) = self.device.given() => Err(CliError::Usage(format!(
                 "{option} is for plans, which are --precision f32 with --method convolution, low-rank or photon"
             ))),
-            PondMethod::Exact if self.precision.is_some_and(|p| p != Precision::F64) => {
-                usage("--precision: --method exact is what others are held against, and is f64")
-            }
-            PondMethod::Photon if !is_f32 => {
-                usage("--precision: --method photon traces light in f32 and in nothing else")
-            }
-            PondMethod::LowRank if self.precision.is_some_and(Precision::is_frame_buffer) => {
-                usage("--precision f16 and fixed point are for --method convolution")
-            }
+            method if let Err(problem) = method.precision(self.precision) => usage(problem),
             _ if self.sums.is_some() && !self.precision.is_some_and(Precision::is_frame_buffer) => {
                 usage("--sums is for --precision f16 and fixed point")
             }
@@ -99,9 +55,18 @@ impl MethodArgs {
             method if method != PondMethod::Convolution && self.kernel.is_some() => {
                 usage("--kernel is for --method convolution")
             }
-            PondMethod::Exact => Ok(Precision::F64),
-            _ => Ok(self.precision.unwrap_or(Precision::F32)),
+            method => method.precision(self.precision).map_err(CliError::usage),
         }
+    }
+
+    /// What the options choose.
+    ///
+    /// # Errors
+    /// As [`MethodArgs::precision`].
+    pub(super) fn choice(&self) -> Result<FloorChoice, CliError> {
+        let sums = self.sums.map(|sums| sums.0).unwrap_or_default();
+        let (error, kernel) = (self.error, self.kernel);
+        Ok(FloorChoice { sums, error, kernel, ..FloorChoice::new(self.method, self.precision()?) })
     }
 
     /// The method for surfaces like these at one index of refraction; `measured` asks what a frame buffer's format costs, against f64.
@@ -113,85 +78,11 @@ impl MethodArgs {
         examples: &[HeightField],
         pond: &Pond,
         measured: bool,
-    ) -> Result<Method, CliError> {
-        match self.precision()? {
-            Precision::F32 => return self.planned(examples, pond),
-            Precision::F64 => self.in_f64(examples, pond),
-            Precision::F16 => self.in_frame_buffers(examples, pond, F16::default(), measured),
-            Precision::Fixed(format) => self.in_frame_buffers(examples, pond, format, measured),
+    ) -> Result<Floors, CliError> {
+        let choice = self.choice()?;
+        if choice.is_plan() {
+            return self.planned(&choice, examples, pond);
         }
-        .map_err(CliError::failed)
-    }
-
-    fn in_f64(&self, examples: &[HeightField], pond: &Pond) -> Result<Method, PondError> {
-        let (details, floor): (Value, Box<Floors>) = match self.method {
-            PondMethod::Exact => {
-                let pond = pond.clone();
-                let floor =
-                    move |surface: &HeightField| Ok(exact(surface, &pond, FloorGrid::below(surface))?.into());
-                (Value::Null, Box::new(floor))
-            }
-            PondMethod::Convolution => {
-                let method = self.convolution::<f64>(&examples[0], pond)?;
-                let details = json!({ "kernel_samples": self.kernel, "fft": method.is_fft() });
-                let floor = move |surface: &HeightField| Ok(method.floor(surface)?.into());
-                (details, Box::new(floor))
-            }
-            PondMethod::LowRank => {
-                let method = self.lobe_sum::<f64>(examples, pond)?;
-                let details = json!(method.report());
-                let floor = move |surface: &HeightField| {
-                    let (light, outside) = method.floor(surface)?;
-                    Ok(Floor { outside, ..light.into() })
-                };
-                (details, Box::new(floor))
-            }
-            PondMethod::Photon => return Err(PondError::Photon { what: "f64; take f32" }),
-        };
-        Ok(Method { details, floor })
-    }
-
-    /// The paper's six passes in frame buffers.
-    fn in_frame_buffers(
-        &self,
-        examples: &[HeightField],
-        pond: &Pond,
-        format: impl Format + 'static,
-        measured: bool,
-    ) -> Result<Method, PondError> {
-        let accumulation = self.sums.map(|sums| sums.0).unwrap_or_default();
-        let settings = SixPassSettings { kernel_samples: self.kernel, accumulation };
-        let method = SixPasses::new(examples, pond, settings, format)?;
-        let mut details = json!({ "kernel_samples": self.kernel, "passes": method.report() });
-        if measured {
-            let in_f64 = self.convolution::<f64>(&examples[0], pond)?.floor(&examples[0])?;
-            let (irradiance, _) = method.irradiance(&examples[0])?;
-            details["error_against_f64"] = json!(relative_rms(&irradiance, &in_f64.irradiance));
-        }
-        let floor = move |surface: &HeightField| {
-            let floor = method.floor(surface)?;
-            Ok(Floor { outside: floor.clamped, ..floor.light.into() })
-        };
-        Ok(Method { details, floor: Box::new(floor) })
-    }
-
-    pub(super) fn convolution<T: Sample>(
-        &self,
-        surface: &HeightField,
-        pond: &Pond,
-    ) -> Result<Convolution<T>, PondError> {
-        let settings = ConvolutionSettings { kernel_samples: self.kernel, ..ConvolutionSettings::default() };
-        Convolution::new(surface.size, surface.extent_m, pond, settings)
-    }
-
-    pub(super) fn lobe_sum<T: Sample>(
-        &self,
-        examples: &[HeightField],
-        pond: &Pond,
-    ) -> Result<LobeSum<T>, PondError> {
-        let default = LowRankSettings::default();
-        let settings =
-            LowRankSettings { target_error: self.error.unwrap_or(default.target_error), ..default };
-        LobeSum::new(examples, pond, settings)
+        choice.without_plan(examples, pond, measured).map_err(CliError::failed)
     }
 }

@@ -7,7 +7,8 @@ use asm_core::shared::footprint::MOST_NODES;
 use caustic_heightfield::{FloorGrid, HeightField, Photon, PhotonSettings, PondScene};
 use serde_json::json;
 
-use super::method::{Floor, Method, MethodArgs};
+use super::floors::{Floor, Floors};
+use super::method::MethodArgs;
 use crate::backend::SCENES;
 use crate::error::CliError;
 
@@ -18,7 +19,7 @@ impl MethodArgs {
         scene: &PondScene,
         example: &HeightField,
         dispersed: Option<Option<usize>>,
-    ) -> Result<Method, CliError> {
+    ) -> Result<Floors, CliError> {
         let wavelengths = dispersed.flatten();
         if let Some(n) = wavelengths.filter(|&n| n > MOST_NODES) {
             return Err(CliError::Usage(format!(
@@ -47,6 +48,6 @@ impl MethodArgs {
             let floor = photon.floor(surface, FloorGrid::below(surface), executor.as_mut())?;
             Ok(Floor { xyz: in_color.then_some(floor.xyz), ..floor.light.into() })
         };
-        Ok(Method { details, floor: Box::new(floor) })
+        Ok(Floors { details, floor: Box::new(floor) })
     }
 }

@@ -6,7 +6,8 @@ use caustic_heightfield::{HeightField, PlanSettings, Pond, PondPlan};
 use frame_plan::Executor;
 use serde_json::{Value, json};
 
-use super::method::{Floor, Method, MethodArgs};
+use super::floors::{Floor, FloorChoice, Floors};
+use super::method::MethodArgs;
 use crate::backend::{self, Chosen, PONDS, Programs};
 use crate::choices::PondMethod;
 use crate::error::CliError;
@@ -14,28 +15,29 @@ use crate::messages;
 
 impl MethodArgs {
     /// The method in f32: as a plan, prepared where the options say, unless the lobe is splatted, which no plan does.
-    pub(super) fn planned(&self, examples: &[HeightField], pond: &Pond) -> Result<Method, CliError> {
+    pub(super) fn planned(
+        &self,
+        choice: &FloorChoice,
+        examples: &[HeightField],
+        pond: &Pond,
+    ) -> Result<Floors, CliError> {
         let settings = PlanSettings::default();
-        if self.method == PondMethod::Convolution {
-            let method = self.convolution::<f32>(&examples[0], pond).map_err(CliError::failed)?;
+        if choice.method == PondMethod::Convolution {
+            let method = choice.convolution::<f32>(&examples[0], pond).map_err(CliError::failed)?;
             let plan = method.plan(&settings).map_err(CliError::failed)?;
-            return self.prepared(plan, json!({ "kernel_samples": self.kernel }));
+            return self.prepared(plan, json!({ "kernel_samples": choice.kernel }));
         }
-        let method = self.lobe_sum::<f32>(examples, pond).map_err(CliError::failed)?;
-        let details = json!(method.report());
+        let method = choice.lobe_sum::<f32>(examples, pond).map_err(CliError::failed)?;
         if let Some(terms) = method.terms() {
-            return self.prepared(terms.plan(&settings).map_err(CliError::failed)?, details);
+            let plan = terms.plan(&settings).map_err(CliError::failed)?;
+            return self.prepared(plan, json!(method.report()));
         }
         if let Some(option) = self.device.given() {
             return Err(CliError::failed(format!(
                 "{option}: this lobe is splatted, which is no plan yet; leave {option} out, or ask for a larger --error"
             )));
         }
-        let floor = move |surface: &HeightField| {
-            let (light, outside) = method.floor(surface)?;
-            Ok(Floor { outside, ..light.into() })
-        };
-        Ok(Method { details, floor: Box::new(floor) })
+        Ok(method.into())
     }
 
     /// What the options ask for, for these programs; `details` says what it is.
@@ -53,7 +55,7 @@ impl MethodArgs {
         Ok(executor)
     }
 
-    fn prepared(&self, plan: PondPlan, mut details: Value) -> Result<Method, CliError> {
+    fn prepared(&self, plan: PondPlan, mut details: Value) -> Result<Floors, CliError> {
         let mut executor = self.executor(&PONDS, &mut details)?;
         executor.prepare(&plan.plan).map_err(CliError::failed)?;
         let executor = RefCell::new(executor);
@@ -70,6 +72,6 @@ impl MethodArgs {
             }
             Ok(Floor { outside: frame.outside_states, ..frame.light.into() })
         };
-        Ok(Method { details, floor: Box::new(floor) })
+        Ok(Floors { details, floor: Box::new(floor) })
     }
 }

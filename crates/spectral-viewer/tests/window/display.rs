@@ -20,8 +20,10 @@ const STILL: Duration = Duration::from_millis(1500);
 /// Between two looks.
 const GLANCE: Duration = Duration::from_millis(100);
 /// Pixels of the window's left part, which holds the controls.
-const PANEL: usize = 330;
+const PANEL: usize = 390;
 const SIZE: [usize; 2] = [640, 360];
+/// Pixel in the middle of the stage.
+const MIDDLE: [i16; 2] = [((PANEL + SIZE[0]) / 2) as i16, (SIZE[1] / 2) as i16];
 
 /// The panel's mark of a picture that is not yet what is set.
 const BEHIND: [u8; 3] = [255, 176, 0];
@@ -167,6 +169,14 @@ impl Session {
         }
     }
 
+    /// Click at so many pixels from the middle of the stage.
+    pub(crate) fn click(&self, [right, down]: [i16; 2]) {
+        let [x, y] = MIDDLE;
+        self.point([x + right, y + down]);
+        self.fake(BUTTON_PRESS_EVENT, 1);
+        self.fake(BUTTON_RELEASE_EVENT, 1);
+    }
+
     /// Drag from the middle of the stage by so many pixels, in steps as a hand does, and let go whether or not a frame has been
     /// drawn meanwhile.
     pub(crate) fn drag(
@@ -176,7 +186,7 @@ impl Session {
         before: &[[u8; 3]],
         share: f64,
     ) -> Vec<[u8; 3]> {
-        let from = [(PANEL + SIZE[0]) / 2, SIZE[1] / 2].map(|side| side as i16);
+        let from = MIDDLE;
         let steps = 8;
         self.point(from);
         self.fake(BUTTON_PRESS_EVENT, button);

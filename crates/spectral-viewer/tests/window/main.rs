@@ -2,6 +2,7 @@
 #![cfg(target_os = "linux")]
 
 mod display;
+mod pond;
 
 use std::fs::File;
 use std::io::BufReader;
@@ -88,6 +89,23 @@ fn a_screenshot_shows_the_picture() {
     std::fs::remove_file(&file).expect("removed");
     assert_eq!([info.width, info.height], [640, 360]);
     assert!(is_picture(bytes.as_chunks::<3>().0));
+}
+
+#[test]
+#[ignore = "needs a display of its own: cargo xtask test"]
+fn a_pond_that_makes_no_sense_opens_no_window() {
+    for (arguments, status, says) in [
+        ("pond --method asm", 2, "convolution"),
+        ("pond --wavelengths 7", 2, "--wavelengths"),
+        ("pond --method exact --precision f16", 2, "f64"),
+        ("sphere --precision f16", 2, "--precision"),
+        ("pond --pond no-such-file.json", 1, "no-such-file.json"),
+    ] {
+        let output = viewer(arguments).output().expect("it starts");
+        let stderr = String::from_utf8(output.stderr).expect("UTF-8");
+        assert_eq!(output.status.code(), Some(status), "{arguments}: {stderr}");
+        assert!(stderr.contains(says) && stderr.lines().count() <= 2, "{arguments}: {stderr}");
+    }
 }
 
 #[test]

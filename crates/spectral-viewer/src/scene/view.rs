@@ -2,40 +2,46 @@
 
 use std::f64::consts::PI;
 
-use egui::Key;
+use asm_core::Settings;
+use asm_wgpu::wgpu;
+use egui::{Key, Rect, Ui};
 use frame_plan::DeviceInfo;
 use glam::DVec3;
-use spectral_cli::values::Exposure;
 use spectral_cli::view::ViewArgs;
 use spectral_cli::{CliError, GAP_FILLINGS};
-use spectral_core::display::{Display, ToneMap};
 use spectral_scene::{Camera, Scene};
 
-use crate::choices::{Choices, Runner, WAVELENGTHS, after, methods, take_method};
-use crate::glass::Glass;
-use crate::hand::{Grip, Hand};
-use crate::job::Job;
-use crate::lamps::Lamps;
-use crate::orbit::Orbit;
-use crate::pose::Pose;
+use super::choices::{Choices, WAVELENGTHS, methods, take_method};
+use super::controls;
+use super::glass::Glass;
+use super::job::{PictureJob, SceneFacts};
+use super::lamps::Lamps;
+use super::making;
+use super::orbit::Orbit;
+use super::pose::Pose;
+use crate::graphics::Graphics;
+use crate::hand::{Grip, Touch};
+use crate::maker::Maker;
+use crate::runner::{Place, Runner};
+use crate::showing::{Showing, after};
+use crate::subject::Subject;
+use crate::worker::Wake;
 
 /// A drag over the picture's height turns by this angle, radians.
 const TURN_RAD: f64 = PI;
 /// A scroll by a point zooms by e to the power of this.
 const ZOOM_PER_POINT: f64 = 1.0 / 400.0;
-/// The luminance that soft highlights reach white at: caustics are several times brighter than what is lit directly.
-const SOFT_WHITE: f64 = 4.0;
-/// Longest time that animation goes on by in one frame, seconds: a hitch is no leap.
-const LONGEST_STEP_S: f64 = 0.25;
 
 /// Everything that the user can change.
 #[derive(Clone, Debug)]
 pub(crate) struct View {
-    /// The scene's name.
-    pub(crate) name: String,
+    /// What every window has.
+    pub(crate) showing: Showing,
+    /// The scene as it was opened.
+    scene: Scene,
     /// Names of its lights.
     pub(crate) lamp_names: Vec<String>,
-    /// Method, executor, sizes.
+    /// Method, sizes.
     pub(crate) choices: Choices,
     /// The camera.
     pub(crate) orbit: Orbit,
@@ -43,105 +49,71 @@ pub(crate) struct View {
     pub(crate) lamps: Lamps,
     /// The refractors.
     pub(crate) glass: Glass,
-    /// What the pointer drags.
-    pub(crate) hand: Hand,
-    /// Factor on the picture; none until it is found out from a picture.
-    pub(crate) exposure: Option<f64>,
-    /// Stops on top of it.
-    pub(crate) stops: f64,
-    /// Highlights are brought down softly, not cut.
-    pub(crate) soft: bool,
-    /// Pictures are made only where something has changed.
-    pub(crate) paused: bool,
 }
 
 impl View {
     /// What the command line asks for, of `scene`, in a window on the device `window`.
     ///
     /// # Errors
-    /// A scene without cameras or anything to look at; options that make no sense.
-    pub(crate) fn new(scene: &Scene, args: &ViewArgs, window: &DeviceInfo) -> Result<Self, CliError> {
-        let Some(camera) = scene.cameras.first().cloned().or_else(|| Camera::framing(scene)) else {
+    /// A scene without cameras or anything to look at.
+    pub(crate) fn new(
+        scene: Scene,
+        settings: Settings,
+        args: &ViewArgs,
+        window: &DeviceInfo,
+    ) -> Result<Self, CliError> {
+        let Some(camera) = scene.cameras.first().cloned().or_else(|| Camera::framing(&scene)) else {
             return Err(CliError::Failed(format!("{}: the scene has nothing to look at", args.scene)));
         };
-        let glass = Glass::new(scene);
-        let centre = if glass.exists() { glass.centre() } else { middle(scene) };
+        let glass = Glass::new(&scene);
+        let centre = if glass.exists() { glass.centre() } else { middle(&scene) };
         let lights = scene.lights.iter().map(|light| light.shape).collect();
         Ok(Self {
-            name: scene.name.clone(),
+            showing: Showing::new(&scene.name, args, window),
             lamp_names: scene.lights.iter().map(|light| light.name.clone()).collect(),
-            choices: Choices {
-                settings: args.settings()?,
-                runner: Runner::of(args.backend, window),
-                coarseness: 1,
-            },
+            choices: Choices { settings, coarseness: 1 },
             orbit: Orbit::new(camera, centre),
             lamps: Lamps::new(lights, centre),
             glass,
-            hand: Hand::default(),
-            exposure: match args.exposure {
-                Exposure::Auto => None,
-                Exposure::Factor(factor) => Some(factor),
-            },
-            stops: 0.0,
-            soft: true,
-            paused: false,
+            scene,
         })
     }
 
     /// Drag over the picture by these parts of its height.
     pub(crate) fn drag(&mut self, grip: Grip, [right, down]: [f64; 2]) {
         match grip {
-            Grip::Orbit => self.orbit.turn(right * TURN_RAD, down * TURN_RAD),
+            Grip::Main => self.orbit.turn(right * TURN_RAD, down * TURN_RAD),
             Grip::Shift => self.orbit.shift(right, down),
             Grip::Lamp => self.lamps.drag(right * TURN_RAD, down * TURN_RAD, self.orbit.camera()),
         }
     }
+}
 
-    /// Scroll up over the picture by so many points.
-    pub(crate) fn scroll(&mut self, points: f64) {
-        self.orbit.zoom((-points * ZOOM_PER_POINT).exp());
+impl Subject for View {
+    type Job = PictureJob;
+    const KEYS: &'static [Key] = &[Key::G, Key::M, Key::N, Key::F];
+    const FILTER: wgpu::FilterMode = wgpu::FilterMode::Nearest;
+    const RESET_HINT: &'static str = "camera, lamps and glass as the scene has them";
+
+    fn showing(&self) -> &Showing {
+        &self.showing
     }
 
-    /// Press a key.
-    pub(crate) fn press(&mut self, key: Key) {
-        let Choices { settings, runner, .. } = &mut self.choices;
-        match key {
-            Key::Space => self.paused = !self.paused,
-            Key::Home => self.reset(),
-            Key::G => self.glass.moving = !self.glass.moving,
-            Key::M => {
-                let all: Vec<_> = methods().map(|(_, method)| method).collect();
-                let next = all[after(&all, &settings.method)];
-                take_method(settings, next);
-            }
-            Key::N => settings.wavelengths = WAVELENGTHS[after(&WAVELENGTHS, &settings.wavelengths)],
-            Key::E => *runner = Runner::ALL[after(&Runner::ALL, runner)],
-            Key::F => {
-                let all = GAP_FILLINGS.map(|(_, rule)| rule);
-                settings.gap_filling = Some(all[after(&all, &settings.gap_filling())]);
-            }
-            _ => {}
-        }
+    fn showing_mut(&mut self) -> &mut Showing {
+        &mut self.showing
     }
 
-    /// Camera, lamps and glass back to where the scene has them.
-    pub(crate) fn reset(&mut self) {
-        self.orbit.reset();
-        self.lamps.reset();
-        self.glass.reset();
+    fn place(&self) -> Place {
+        let runner = self.showing.runner;
+        Place { runner, inside: runner == Runner::Wgpu }
     }
 
-    /// Let time pass for what moves by itself.
-    pub(crate) fn advance(&mut self, seconds: f64) {
-        if !self.paused {
-            self.glass.advance(seconds.min(LONGEST_STEP_S));
-        }
+    fn maker(&self, graphics: &Graphics, wake: Wake) -> Maker<PictureJob> {
+        making::maker(self.showing.runner, self.scene.clone(), graphics, wake)
     }
 
-    /// The picture to make for an area of the screen.
-    pub(crate) fn job(&self, area: [u32; 2]) -> Job {
-        Job {
+    fn job(&self, area: [u32; 2]) -> PictureJob {
+        PictureJob {
             pose: Pose {
                 camera: self.orbit.camera().clone(),
                 lights: self.lamps.shapes().to_vec(),
@@ -152,10 +124,58 @@ impl View {
         }
     }
 
-    /// From XYZ to the screen.
-    pub(crate) fn display(&self) -> Display {
-        let tone_map = if self.soft { ToneMap::Reinhard { white: SOFT_WHITE } } else { ToneMap::Clip };
-        Display { exposure: self.exposure.unwrap_or(1.0) * self.stops.exp2(), tone_map }
+    fn advance(&mut self, seconds: f64) {
+        self.glass.advance(self.showing.step_s(seconds));
+    }
+
+    fn reset(&mut self) {
+        self.orbit.reset();
+        self.lamps.reset();
+        self.glass.reset();
+    }
+
+    fn press(&mut self, key: Key) {
+        let settings = &mut self.choices.settings;
+        match key {
+            Key::G => self.glass.moving = !self.glass.moving,
+            Key::M => {
+                let all: Vec<_> = methods().map(|(_, method)| method).collect();
+                let next = after(&all, &settings.method);
+                take_method(settings, next);
+            }
+            Key::N => settings.wavelengths = after(&WAVELENGTHS, &settings.wavelengths),
+            Key::F => {
+                let all = GAP_FILLINGS.map(|(_, rule)| rule);
+                settings.gap_filling = Some(after(&all, &settings.gap_filling()));
+            }
+            _ => {}
+        }
+    }
+
+    fn touch(&mut self, touch: Touch, stage: Rect) {
+        if let Touch::Drag(grip, by) = touch {
+            let by = by / stage.height();
+            self.drag(grip, [by.x.into(), by.y.into()]);
+        }
+    }
+
+    fn scroll(&mut self, points: f64) {
+        self.orbit.zoom((-points * ZOOM_PER_POINT).exp());
+    }
+
+    fn choices(&mut self, ui: &mut Ui) {
+        controls::choices(ui, self);
+    }
+
+    fn stage_controls(&mut self, ui: &mut Ui) {
+        controls::light_and_glass(ui, self);
+    }
+
+    fn tell(&self, ui: &mut Ui, facts: &SceneFacts) {
+        if let Some(statistics) = facts {
+            ui.separator();
+            controls::counts(ui, statistics);
+        }
     }
 }
 
@@ -179,10 +199,17 @@ pub(crate) mod tests {
 
     const AREA: [u32; 2] = [640, 360];
 
+    fn settings(args: &ViewArgs) -> Result<Settings, CliError> {
+        match args.subject()? {
+            spectral_cli::view::Subject::Scene(settings) => Ok(*settings),
+            spectral_cli::view::Subject::Pond(_) => panic!("a scene"),
+        }
+    }
+
     fn view_of(scene: &Scene, arguments: &str) -> Result<View, CliError> {
         let words = ["spectral-viewer", "scene"].into_iter().chain(arguments.split_whitespace());
         let cli = Cli::try_parse_from(words).expect("arguments");
-        View::new(scene, &cli.args, &DeviceInfo::default())
+        View::new(scene.clone(), settings(&cli.args)?, &cli.args, &DeviceInfo::default())
     }
 
     pub(crate) fn view(arguments: &str) -> View {
@@ -199,8 +226,8 @@ pub(crate) mod tests {
             (Method::Acm, Some(3), Some(1024))
         );
         assert_eq!(settings.gap_filling, Some(GapFilling::Paper));
-        assert_eq!((view.choices.runner, view.exposure), (Runner::Vulkan, Some(2.0)));
-        assert_eq!(view.display().exposure, 2.0);
+        assert_eq!((view.showing.runner, view.showing.exposure), (Runner::Vulkan, Some(2.0)));
+        assert_eq!(view.showing.display().exposure, 2.0);
     }
 
     #[test]
@@ -224,7 +251,7 @@ pub(crate) mod tests {
     fn each_grip_moves_its_own_part() {
         let still = view("").job(AREA).pose;
         for (grip, moves) in
-            [(Grip::Orbit, [true, false]), (Grip::Shift, [true, false]), (Grip::Lamp, [false, true])]
+            [(Grip::Main, [true, false]), (Grip::Shift, [true, false]), (Grip::Lamp, [false, true])]
         {
             let mut view = view("");
             view.drag(grip, [0.1, 0.05]);
@@ -260,20 +287,20 @@ pub(crate) mod tests {
         }
         assert_eq!(view.job(AREA).settings.method, begun.settings.method);
         assert_eq!(view.job(AREA).settings.wavelengths, begun.settings.wavelengths);
-        let runner = view.choices.runner;
-        view.press(Key::E);
-        assert_ne!(view.choices.runner, runner);
+        let runner = view.showing.runner;
+        view.showing.press(Key::E);
+        assert_ne!(view.showing.runner, runner);
     }
 
     #[test]
     fn paused_glass_stands_still_and_a_hitch_is_no_leap() {
         let mut view = view("");
         view.press(Key::G);
-        view.press(Key::Space);
+        view.showing.press(Key::Space);
         let still = view.job(AREA);
         view.advance(0.1);
         assert_eq!(view.job(AREA), still);
-        view.press(Key::Space);
+        view.showing.press(Key::Space);
         view.advance(1000.0);
         assert_ne!(view.job(AREA), still);
         assert!(view.glass.turn_deg < 10.0, "{}", view.glass.turn_deg);

@@ -1,0 +1,87 @@
+//! What a method is made for, and when it has to be made anew.
+
+use caustic_heightfield::{
+    HeightField, HeightSource, Impulse, PlanSettings, Pond, PondError, PondPlan, impulse_heights,
+};
+use spectral_cli::{Floors, PondMethod};
+
+use super::choices::Choices;
+use super::job::FloorJob;
+
+/// Ages at which a pebble's waves stand for those to come, seconds over the time that its front takes through the pond.
+const AGES: [f64; 2] = [0.15, 0.5];
+/// Waves that meet are higher than one pebble's.
+const MEETING: f64 = 2.0;
+/// The share of values unlike those it was fitted to from which on a method is fitted anew.
+const TOO_MANY: f64 = 0.02;
+
+/// A method, made for what a job has.
+pub(super) enum Method {
+    /// A plan, with what it was fitted with.
+    Plan(Box<PondPlan>, String),
+    /// No plan: computed by this program.
+    Host(Floors),
+}
+
+/// What a method was made for, which another job may or may not share.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct MadeFor {
+    choices: Choices,
+    /// Of methods that take no other light afterwards.
+    light_direction: Option<[f64; 3]>,
+}
+
+impl MadeFor {
+    /// What a method for this job is made for.
+    pub(super) fn of(job: &FloorJob) -> Self {
+        // Plans and photons are told of the light, frame by frame.
+        let takes_light = job.choices.floor.is_plan();
+        let light_direction = (!takes_light).then_some(job.pond.light_direction);
+        Self { choices: job.choices, light_direction }
+    }
+}
+
+/// Whether so many values unlike those that a method was fitted to are too many, by their share.
+pub(super) fn is_unlike(outside: f64) -> bool {
+    outside > TOO_MANY
+}
+
+/// The job's surface, and what the next pebbles may make of it.
+fn examples(job: &FloorJob) -> Result<Vec<HeightField>, PondError> {
+    let basin = &job.basin;
+    let extent_m = basin.extent_m;
+    let through_s = extent_m[0].hypot(extent_m[1]) / basin.ripple.front_m_s;
+    let highest_m = job.waves.impulses.iter().fold(job.amplitude_m, |m, i| m.max(i.amplitude_m.abs()));
+    let splash = Impulse {
+        position_m: extent_m.map(|side| side / 2.0),
+        start_s: 0.0,
+        amplitude_m: (MEETING * highest_m).min(0.5 * job.pond.depth_m),
+    };
+    let to_come = AGES.iter().map(|age| {
+        impulse_heights(job.samples(), extent_m, &basin.ripple, &[splash], basin.walls, age * through_s)
+    });
+    std::iter::once(job.surface()).chain(to_come).collect()
+}
+
+/// The method of a job that is no `photon`.
+///
+/// # Errors
+/// Those of the method.
+pub(super) fn method(job: &FloorJob) -> Result<Method, PondError> {
+    let (choice, pond): (_, &Pond) = (&job.choices.floor, &job.pond);
+    let examples = examples(job)?;
+    if !choice.is_plan() {
+        return choice.without_plan(&examples, pond, false).map(Method::Host);
+    }
+    let heights = HeightSource::Impulses { capacity: job.basin.capacity, distance_levels: None };
+    let settings = PlanSettings { heights, picture: true, ..PlanSettings::default() };
+    if choice.method == PondMethod::Convolution {
+        let plan = choice.convolution::<f32>(&examples[0], pond)?.plan(&settings)?;
+        return Ok(Method::Plan(Box::new(plan), "the paper's three terms".into()));
+    }
+    let lobe = choice.lobe_sum::<f32>(&examples, pond)?;
+    let Some(terms) = lobe.terms() else { return Ok(Method::Host(lobe.into())) };
+    let report = terms.report();
+    let fit = format!("{} terms for {:.2} % of such waves", report.terms, 100.0 * report.error);
+    Ok(Method::Plan(Box::new(terms.plan(&settings)?), fit))
+}

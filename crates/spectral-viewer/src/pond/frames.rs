@@ -1,0 +1,145 @@
+//! Floors inside the window's frames: impulses, light and time are written, and nothing else.
+
+use asm_wgpu::{WgpuExecutor, wgpu};
+use caustic_heightfield::{PASSES, PondPlan};
+use frame_plan::Executor;
+
+use super::fit::{self, MadeFor, Method};
+use super::job::{FloorFacts, FloorJob};
+use super::pebbles::Waves;
+use crate::graphics::Graphics;
+use crate::maker::{Inside, Recorded};
+use crate::subject::Report;
+use crate::worker::{Wake, Worker};
+
+/// A plan, and what it is for.
+struct Planned {
+    plan: Box<PondPlan>,
+    fit: String,
+    made_for: MadeFor,
+    /// Share of states unlike those that it was fitted to, a frame late.
+    outside: f64,
+}
+
+/// Why there is no plan for a job; it is not tried again for the like.
+struct Refused {
+    made_for: MadeFor,
+    light_direction: [f64; 3],
+    pebbles: usize,
+    reason: String,
+}
+
+/// The pond on the window's device. Plans are made on a thread beside it: fitting low-rank terms takes longer than a frame.
+pub(super) struct Frames {
+    executor: WgpuExecutor,
+    planned: Option<Planned>,
+    fitter: Worker<FloorJob, Planned>,
+    /// What the fitter was last asked for.
+    asked: Option<FloorJob>,
+    refused: Option<Refused>,
+}
+
+impl Frames {
+    /// On the window's device; `wake` is told when there is another plan.
+    pub(super) fn new(graphics: &Graphics, wake: Wake) -> Self {
+        let (device, queue) = (graphics.device.clone(), graphics.queue.clone());
+        Self {
+            executor: WgpuExecutor::from_host(device, queue, PASSES),
+            planned: None,
+            fitter: Worker::start(wake, || Ok(|job: FloorJob| planned(&job))),
+            asked: None,
+            refused: None,
+        }
+    }
+
+    /// Take a plan that is there, and have another one made where it is needed.
+    fn refit(&mut self, job: &FloorJob) -> Result<(), String> {
+        match (self.fitter.finished(), self.asked.take()) {
+            (Some(Ok(planned)), _) => {
+                self.executor.prepare(&planned.plan.plan).map_err(|error| error.to_string())?;
+                planned.plan.watch_states(&mut self.executor).map_err(|error| error.to_string())?;
+                self.planned = Some(planned);
+                self.refused = None;
+            }
+            (Some(Err(reason)), Some(asked)) => self.refused = Some(Refused::new(&asked, reason)),
+            (_, asked) => self.asked = asked,
+        }
+        if let Some(Planned { plan, outside, .. }) = &mut self.planned {
+            let states: f64 = job.samples().iter().product::<usize>() as f64;
+            *outside = plan.latest_outside_states(&mut self.executor).map_or(*outside, |n| n as f64 / states);
+        }
+        if self.is_right_for(job) {
+            return Ok(());
+        }
+        if let Some(refused) = self.refused.as_ref().filter(|refused| refused.is_of(job)) {
+            return Err(refused.reason.clone());
+        }
+        if !self.fitter.is_busy() {
+            self.fitter.begin(job.clone());
+            self.asked = Some(job.clone());
+        }
+        Ok(())
+    }
+
+    fn is_right_for(&self, job: &FloorJob) -> bool {
+        let right =
+            |planned: &Planned| planned.made_for == MadeFor::of(job) && !fit::is_unlike(planned.outside);
+        self.planned.as_ref().is_some_and(right)
+    }
+}
+
+impl Refused {
+    fn new(job: &FloorJob, reason: String) -> Self {
+        Self {
+            made_for: MadeFor::of(job),
+            light_direction: job.pond.light_direction,
+            pebbles: job.waves.impulses.len(),
+            reason,
+        }
+    }
+
+    fn is_of(&self, job: &FloorJob) -> bool {
+        self.made_for == MadeFor::of(job)
+            && self.light_direction == job.pond.light_direction
+            && self.pebbles == job.waves.impulses.len()
+    }
+}
+
+impl Inside<FloorJob> for Frames {
+    fn record(&mut self, job: &FloorJob, encoder: &mut wgpu::CommandEncoder) -> Result<Recorded, String> {
+        self.refit(job)?;
+        let is_right = self.is_right_for(job);
+        let Some(Planned { plan, .. }) = &mut self.planned else { return Ok(Recorded::Nothing) };
+        let Waves { impulses, time_s } = &job.waves;
+        let basin = &job.basin;
+        let executor = &mut self.executor;
+        plan.write_light(executor, &job.pond)
+            .and_then(|()| plan.write_impulses(executor, &basin.ripple, impulses, basin.walls, *time_s))
+            .map_err(|error| error.to_string())?;
+        executor.record(encoder).map_err(|error| error.to_string())?;
+        let picture = plan.picture().and_then(|picture| executor.buffer(picture)).cloned();
+        let size = plan.size().map(|side| side as u32);
+        Ok(match picture {
+            Some(picture) if is_right => Recorded::Picture(picture, size),
+            Some(picture) => Recorded::Late(picture, size),
+            None => Recorded::Nothing,
+        })
+    }
+
+    fn report(&mut self) -> Report<FloorFacts> {
+        let planned = self.planned.as_ref();
+        let decisions = planned.map(|planned| planned.plan.plan.decisions.clone()).unwrap_or_default();
+        let facts = planned.map(|planned| FloorFacts { fit: planned.fit.clone(), outside: planned.outside });
+        Report::of(&mut self.executor, decisions, facts.unwrap_or_default())
+    }
+}
+
+fn planned(job: &FloorJob) -> Result<Planned, String> {
+    match fit::method(job) {
+        Ok(Method::Plan(plan, fit)) => Ok(Planned { plan, fit, made_for: MadeFor::of(job), outside: 0.0 }),
+        Ok(Method::Host(_)) => {
+            Err("this light's lobe is splatted, which is no plan: take the cpu executor".into())
+        }
+        Err(error) => Err(error.to_string()),
+    }
+}

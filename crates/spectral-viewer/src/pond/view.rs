@@ -1,0 +1,172 @@
+//! What the user sees of the pond and has set: the state behind the panel, without a window.
+
+use std::sync::Arc;
+
+use asm_core::Picture;
+use asm_wgpu::wgpu;
+use caustic_heightfield::Pond;
+use egui::{Key, Painter, Rect, Ui};
+use frame_plan::DeviceInfo;
+use spectral_cli::PondMethod;
+use spectral_cli::view::{PondView, ViewArgs};
+
+use super::choices::{Choices, precisions};
+use super::frames::Frames;
+use super::gauge::Gauge;
+use super::job::{Basin, FloorFacts, FloorJob};
+use super::pebbles::Pebbles;
+use super::sun::Sun;
+use super::{beside, controls, plan_view};
+use crate::graphics::Graphics;
+use crate::hand::{Grip, Touch};
+use crate::maker::Maker;
+use crate::runner::{Place, Runner};
+use crate::showing::{Showing, after};
+use crate::subject::Subject;
+use crate::worker::Wake;
+
+/// A drag over the pond's height moves the sun so many times the way from the zenith to the horizon.
+const SUN_PER_HEIGHT: f32 = 2.0;
+
+/// Everything that the user can change, and what measures it.
+pub(crate) struct View {
+    pub(super) showing: Showing,
+    pub(super) choices: Choices,
+    pub(super) pebbles: Pebbles,
+    pub(super) sun: Sun,
+    basin: Arc<Basin>,
+    /// Its light is the sun's.
+    pond: Pond,
+    pub(super) gauge: Gauge,
+}
+
+impl View {
+    /// What the command line asks for, in a window on the device `window` that `wake` wakes.
+    pub(crate) fn new(begin: PondView, args: &ViewArgs, window: &DeviceInfo, wake: Wake) -> Self {
+        let PondView { extent_m, pond, spectrum, pebbles, choice, samples } = begin;
+        let (ripple, walls) = (pebbles.ripple, pebbles.walls);
+        let pebbles = Pebbles::new(pebbles, extent_m);
+        let basin = Basin { extent_m, ripple, walls, capacity: pebbles.capacity(), spectrum };
+        Self {
+            showing: Showing::new("pond", args, window),
+            choices: Choices { floor: choice, samples, dispersion: true },
+            sun: Sun::new(pond.unit_light_direction()),
+            pebbles,
+            basin: Arc::new(basin),
+            pond,
+            gauge: Gauge::new(wake),
+        }
+    }
+
+    pub(super) fn take_method(&mut self, method: PondMethod) {
+        self.choices.take_method(method);
+    }
+}
+
+impl Subject for View {
+    type Job = FloorJob;
+    const KEYS: &'static [Key] = &[Key::M, Key::P, Key::N];
+    // Texels are larger than pixels here, and light does not end at their edges.
+    const FILTER: wgpu::FilterMode = wgpu::FilterMode::Linear;
+    const RESET_HINT: &'static str = "water, sun and time as they began";
+
+    fn showing(&self) -> &Showing {
+        &self.showing
+    }
+
+    fn showing_mut(&mut self) -> &mut Showing {
+        &mut self.showing
+    }
+
+    /// What is no plan of the pond's own passes is made beside the window, whoever makes it.
+    fn place(&self) -> Place {
+        let is_plan = self.choices.floor.is_plan() && !self.choices.is_spectral();
+        let runner = self.showing.runner;
+        Place { runner, inside: runner == Runner::Wgpu && is_plan }
+    }
+
+    fn maker(&self, graphics: &Graphics, wake: Wake) -> Maker<FloorJob> {
+        let Place { runner, inside } = self.place();
+        if inside {
+            Maker::inside(Frames::new(graphics, wake))
+        } else {
+            Maker::beside(beside::worker(runner, graphics, wake))
+        }
+    }
+
+    fn job(&self, _area: [u32; 2]) -> FloorJob {
+        FloorJob {
+            basin: Arc::clone(&self.basin),
+            pond: Pond { light_direction: self.sun.light_direction(), ..self.pond.clone() },
+            waves: self.pebbles.waves(),
+            amplitude_m: self.pebbles.amplitude_m,
+            choices: self.choices,
+        }
+    }
+
+    fn advance(&mut self, seconds: f64) {
+        self.pebbles.advance(self.showing.step_s(seconds));
+        self.gauge.collect();
+    }
+
+    fn reset(&mut self) {
+        self.pebbles.reset();
+        self.sun.reset();
+    }
+
+    fn press(&mut self, key: Key) {
+        match key {
+            Key::M => self.take_method(after(&PondMethod::ALL, &self.choices.floor.method)),
+            Key::P => {
+                let all = precisions(self.choices.floor.method);
+                self.choices.floor.precision = after(&all, &self.choices.floor.precision);
+            }
+            Key::N => self.choices.dispersion = !self.choices.dispersion,
+            _ => {}
+        }
+    }
+
+    fn picture_in(&self, stage: Rect) -> Rect {
+        plan_view::covered(stage, self.basin.extent_m)
+    }
+
+    fn touch(&mut self, touch: Touch, stage: Rect) {
+        let covered = self.picture_in(stage);
+        match touch {
+            Touch::Press(Grip::Main, at) => {
+                if let Some(position_m) = plan_view::water_at(covered, self.basin.extent_m, at) {
+                    self.pebbles.drop_at(position_m);
+                }
+            }
+            Touch::Drag(Grip::Lamp, by) => {
+                let by = SUN_PER_HEIGHT * by / stage.height();
+                self.sun.drag([by.x.into(), by.y.into()]);
+            }
+            _ => {}
+        }
+    }
+
+    fn wants(&self, job: &FloorJob) -> bool {
+        self.gauge.wants(job)
+    }
+
+    fn take(&mut self, job: &FloorJob, picture: &Picture) {
+        self.gauge.take(job, picture);
+    }
+
+    fn choices(&mut self, ui: &mut Ui) {
+        controls::choices(ui, self);
+    }
+
+    fn stage_controls(&mut self, ui: &mut Ui) {
+        controls::pebble_and_sun(ui, self);
+    }
+
+    fn tell(&self, ui: &mut Ui, facts: &FloorFacts) {
+        controls::error(ui, self, facts);
+    }
+
+    fn paint_over(&self, painter: &Painter, picture: Rect) {
+        controls::dial(painter, picture, &self.sun);
+    }
+}
