@@ -103,7 +103,7 @@ impl<J: Job> Maker<J> {
         match self {
             Self::Inside { frames, copy } => {
                 let copied = PictureCopy::collect(copy, &graphics.device)?;
-                if !due && !(wanted && copy.is_none()) {
+                if !(due || wanted && copy.is_none()) {
                     return Ok(Progress { copied, idle: copy.is_none(), ..Progress::NOTHING });
                 }
                 let recorded = frames.record(job, encoder)?;

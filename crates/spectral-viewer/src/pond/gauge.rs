@@ -90,3 +90,42 @@ fn measure(shown: &Shown) -> Result<Measured, String> {
     let values: Vec<f64> = (0..points[1]).flat_map(|j| (0..points[0]).map(move |i| at(i, j))).collect();
     Ok(Measured { error: relative_rms(&values, &reference.irradiance), points, exact_ms })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pond::fit::{self, Method};
+    use crate::pond::job::picture;
+    use crate::pond::view::tests::view;
+    use crate::subject::Subject;
+
+    fn floor(arguments: &str) -> (FloorJob, Picture) {
+        let mut view = view(arguments);
+        view.pebbles.drop_at([0.4, 0.6]);
+        view.pebbles.advance(0.6);
+        let job = view.job([1, 1]);
+        let Ok(Method::Host(floors)) = fit::method(&job) else { panic!("no plan") };
+        let floor = floors.below(&job.surface().expect("waves")).expect("a floor");
+        (job, picture(&floor))
+    }
+
+    fn error(job: &FloorJob, picture: &Picture) -> f64 {
+        let irradiance = picture.xyz.iter().map(|xyz| f64::from(xyz[1])).collect();
+        measure(&Shown { job: job.clone(), irradiance }).expect("measured").error
+    }
+
+    #[test]
+    fn exact_has_no_error_and_terms_have_what_was_asked() {
+        let (job, exact) = floor("--method exact --map 48");
+        assert!(error(&job, &exact) < 1e-6, "{}", error(&job, &exact));
+        let (job, terms) = floor("--method low-rank --precision f64 --map 48");
+        assert!((1e-4..0.015).contains(&error(&job, &terms)), "{}", error(&job, &terms));
+        // Of another moment, or with a row left out, it is none of this.
+        let (mut later, _) = floor("--method exact --map 48");
+        later.waves.time_s += 0.1;
+        assert!(error(&later, &exact) > 0.02, "{}", error(&later, &exact));
+        let mut shifted = exact.clone();
+        shifted.xyz.rotate_left(48);
+        assert!(error(&job, &shifted) > 0.02, "{}", error(&job, &shifted));
+    }
+}

@@ -170,3 +170,115 @@ impl Subject for View {
         controls::dial(painter, picture, &self.sun);
     }
 }
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use clap::Parser;
+    use egui::{Pos2, vec2};
+    use spectral_cli::CliError;
+    use spectral_cli::view;
+
+    #[derive(Parser)]
+    struct Cli {
+        #[command(flatten)]
+        args: ViewArgs,
+    }
+
+    const STAGE: Rect = Rect { min: Pos2 { x: 390.0, y: 0.0 }, max: Pos2 { x: 1280.0, y: 800.0 } };
+    const AREA: [u32; 2] = [890, 800];
+
+    fn opened(arguments: &str) -> Result<View, CliError> {
+        let words = ["spectral-viewer", "pond"].into_iter().chain(arguments.split_whitespace());
+        let args = Cli::try_parse_from(words).expect("arguments").args;
+        let view::Subject::Pond(pond) = args.subject()? else { panic!("the pond is no scene") };
+        Ok(View::new(*pond, &args, &DeviceInfo::default(), Arc::new(|| ())))
+    }
+
+    pub(in crate::pond) fn view(arguments: &str) -> View {
+        opened(arguments).expect("a pond")
+    }
+
+    #[test]
+    fn options_are_where_it_begins() {
+        let view = view("--method convolution --precision fixed12 --map 64 --backend vulkan --exposure 2");
+        let job = view.job(AREA);
+        assert_eq!((job.choices.floor.method, job.choices.samples), (PondMethod::Convolution, 64));
+        assert_eq!(job.choices.floor.precision.to_string(), "fixed12");
+        assert_eq!((view.showing.runner, view.showing.exposure), (Runner::Vulkan, Some(2.0)));
+        for wrong in ["--method asm", "--precision fixed12", "--emission 64", "--levels 2"] {
+            assert!(matches!(opened(wrong), Err(CliError::Usage(_))), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn a_click_drops_a_pebble_where_it_is_on_the_water() {
+        let mut view = view("");
+        let covered = view.picture_in(STAGE);
+        let still = view.job(AREA);
+        for nothing in [
+            Touch::Press(Grip::Main, STAGE.min + vec2(1.0, 1.0)),
+            Touch::Press(Grip::Shift, covered.center()),
+            Touch::Press(Grip::Lamp, covered.center()),
+            Touch::Drag(Grip::Main, vec2(30.0, 0.0)),
+        ] {
+            view.touch(nothing, STAGE);
+            view.advance(0.1);
+            assert_eq!(view.job(AREA), still, "{nothing:?}");
+        }
+        let at = covered.min + vec2(0.25, 0.75) * covered.size();
+        view.touch(Touch::Press(Grip::Main, at), STAGE);
+        let [pebble] = *view.job(AREA).waves.impulses else { panic!("one pebble") };
+        let [x, y] = pebble.position_m;
+        assert!((x - 0.25).abs() < 1e-6 && (y - 0.75).abs() < 1e-6, "{x}, {y}");
+        assert!((pebble.start_s - 0.4).abs() < 1e-12, "now: {}", pebble.start_s);
+        view.reset();
+        assert_eq!(view.job(AREA), still);
+    }
+
+    #[test]
+    fn time_runs_unless_it_is_paused() {
+        let mut view = view("");
+        let middle = view.picture_in(STAGE).center();
+        view.touch(Touch::Press(Grip::Main, middle), STAGE);
+        let fallen = view.job(AREA);
+        view.showing.press(Key::Space);
+        view.advance(0.1);
+        assert_eq!(view.job(AREA), fallen);
+        view.showing.press(Key::Space);
+        view.advance(0.1);
+        assert!((view.job(AREA).waves.time_s - fallen.waves.time_s - 0.1).abs() < 1e-12);
+        // A hitch is no leap.
+        view.advance(100.0);
+        assert!(view.job(AREA).waves.time_s < 1.0);
+    }
+
+    #[test]
+    fn dragging_the_sun_turns_the_light_and_nothing_else() {
+        let mut view = view("");
+        let before = view.job(AREA);
+        view.touch(Touch::Drag(Grip::Lamp, vec2(80.0, 0.0)), STAGE);
+        let after = view.job(AREA);
+        // The sun goes to the right, so its light comes from there.
+        assert!(after.pond.light_direction[0] < before.pond.light_direction[0] - 0.1);
+        let same = Pond { light_direction: before.pond.light_direction, ..after.pond.clone() };
+        assert_eq!(FloorJob { pond: same, ..after }, before);
+    }
+
+    #[test]
+    fn plans_are_made_inside_the_window_and_all_else_beside_it() {
+        let mut view = view("--backend wgpu --method convolution");
+        let mut places = Vec::new();
+        for _ in PondMethod::ALL {
+            places.push((view.choices.floor.method.name(), view.place().inside));
+            view.press(Key::M);
+        }
+        let expected = [("convolution", true), ("low-rank", true), ("exact", false), ("photon", false)];
+        assert_eq!(places, expected);
+        view.press(Key::P);
+        assert!(!view.place().inside, "{}", view.choices.floor.precision);
+        view.press(Key::M);
+        view.showing.runner = Runner::Cpu;
+        assert!(!view.place().inside);
+    }
+}
