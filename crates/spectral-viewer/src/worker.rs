@@ -117,8 +117,7 @@ mod tests {
     #[test]
     fn a_thread_that_panics_tells_who_waits_for_it() {
         let (wake, wakings) = listened();
-        let open = || -> Result<fn(()) -> Result<(), String>, String> { panic!("on purpose") };
-        let mut worker = Worker::start(wake, open);
+        let mut worker: Worker<(), ()> = Worker::start(wake, || Ok(|()| panic!("on purpose")));
         worker.begin(());
         wakings.recv().expect("a waking");
         let Some(Err(error)) = worker.finished() else { panic!("neither done nor nothing") };

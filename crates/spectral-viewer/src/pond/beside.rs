@@ -3,13 +3,13 @@
 use std::time::Instant;
 
 use asm_wgpu::WgpuExecutor;
-use caustic_heightfield::{FloorGrid, Photon, PhotonSettings, PondError, PondPlan};
+use caustic_heightfield::{FloorGrid, Photon, PhotonSettings, PondError};
 use frame_plan::Executor;
 use frame_plan::cpu::CpuExecutor;
 use spectral_cli::backend::{self, PONDS, SCENES};
 use spectral_cli::{Floor, Floors};
 
-use super::fit::{self, MadeFor, Method};
+use super::fit::{self, MadeFor, Method, Planned};
 use super::job::{FloorFacts, FloorJob, picture, report_of_host};
 use super::pebbles::Waves;
 use crate::graphics::Graphics;
@@ -67,8 +67,8 @@ impl Openers {
 
 /// A method that is ready.
 enum Ready {
-    Plan { plan: Box<PondPlan>, fit: String, executor: Box<dyn Executor> },
-    Host(Floors),
+    Plan { planned: Box<Planned>, executor: Box<dyn Executor> },
+    Host { floors: Floors, fit: String },
     Photon { photon: Box<Photon>, executor: Box<dyn Executor> },
 }
 
@@ -112,14 +112,14 @@ impl Beside {
                 Ready::Photon { photon: Box::new(photon), executor }
             }
             (false, before) => match fit::method(job).map_err(|error| error.to_string())? {
-                Method::Host(floors) => Ready::Host(floors),
-                Method::Plan(plan, fit) => {
+                Method::Host(floors, fit) => Ready::Host { floors, fit },
+                Method::Plan(planned) => {
                     let mut executor = match before {
                         Some((_, Ready::Plan { executor, .. })) => executor,
                         _ => (self.openers.ponds)()?,
                     };
-                    executor.prepare(&plan.plan).map_err(|error| error.to_string())?;
-                    Ready::Plan { plan, fit, executor }
+                    executor.prepare(&planned.plan.plan).map_err(|error| error.to_string())?;
+                    Ready::Plan { planned, executor }
                 }
             },
         };
@@ -136,7 +136,8 @@ impl Beside {
 impl Ready {
     fn floor(&mut self, job: &FloorJob) -> Result<Made, PondError> {
         match self {
-            Self::Plan { plan, fit, executor } => {
+            Self::Plan { planned, executor } => {
+                let Planned { plan, fit } = planned.as_mut();
                 let executor = executor.as_mut();
                 let Waves { impulses, time_s } = &job.waves;
                 plan.write_light(executor, &job.pond)?;
@@ -147,13 +148,13 @@ impl Ready {
                 let facts = FloorFacts { fit: fit.clone(), outside };
                 Ok((frame.light.into(), Report::of(executor, plan.plan.decisions.clone(), facts)))
             }
-            Self::Host(floors) => {
+            Self::Host { floors, fit } => {
                 let surface = job.surface()?;
                 let begun = Instant::now();
                 let floor = floors.below(&surface)?;
                 let milliseconds = 1e3 * begun.elapsed().as_secs_f64();
                 let outside = floor.outside as f64 / floor.light.irradiance.len() as f64;
-                let facts = FloorFacts { fit: String::new(), outside };
+                let facts = FloorFacts { fit: fit.clone(), outside };
                 Ok((floor, report_of_host(&job.choices, milliseconds, facts)))
             }
             Self::Photon { photon, executor } => {

@@ -1,7 +1,8 @@
 //! What a method is made for, and when it has to be made anew.
 
 use caustic_heightfield::{
-    HeightField, HeightSource, Impulse, PlanSettings, Pond, PondError, PondPlan, impulse_heights,
+    HeightField, HeightSource, Impulse, LowRank, LowRankSettings, PlanSettings, PondError, PondPlan,
+    impulse_heights,
 };
 use spectral_cli::{Floors, PondMethod};
 
@@ -15,12 +16,25 @@ const MEETING: f64 = 2.0;
 /// The share of values unlike those it was fitted to from which on a method is fitted anew.
 const TOO_MANY: f64 = 0.02;
 
+/// A plan for executors of the pond's passes.
+pub(super) struct Planned {
+    pub(super) plan: PondPlan,
+    /// What it was fitted with, in a sentence.
+    pub(super) fit: String,
+}
+
 /// A method, made for what a job has.
 pub(super) enum Method {
-    /// A plan, with what it was fitted with.
-    Plan(Box<PondPlan>, String),
-    /// No plan: computed by this program.
-    Host(Floors),
+    /// A plan.
+    Plan(Box<Planned>),
+    /// No plan: computed by this program; and why, if it could have been one.
+    Host(Floors, String),
+}
+
+impl Method {
+    fn of(planned: Planned) -> Self {
+        Self::Plan(Box::new(planned))
+    }
 }
 
 /// What a method was made for, which another job may or may not share.
@@ -63,25 +77,47 @@ fn examples(job: &FloorJob) -> Result<Vec<HeightField>, PondError> {
     std::iter::once(job.surface()).chain(to_come).collect()
 }
 
-/// The method of a job that is no `photon`.
+/// The method of a job that is no `photon`, in whichever way costs this processor less.
 ///
 /// # Errors
 /// Those of the method.
 pub(super) fn method(job: &FloorJob) -> Result<Method, PondError> {
-    let (choice, pond): (_, &Pond) = (&job.choices.floor, &job.pond);
-    let examples = examples(job)?;
+    let choice = &job.choices.floor;
     if !choice.is_plan() {
-        return choice.without_plan(&examples, pond, false).map(Method::Host);
+        let floors = choice.without_plan(&examples(job)?, &job.pond, false)?;
+        return Ok(Method::Host(floors, String::new()));
     }
-    let heights = HeightSource::Impulses { capacity: job.basin.capacity, distance_levels: None };
-    let settings = PlanSettings { heights, picture: true, ..PlanSettings::default() };
     if choice.method == PondMethod::Convolution {
-        let plan = choice.convolution::<f32>(&examples[0], pond)?.plan(&settings)?;
-        return Ok(Method::Plan(Box::new(plan), "the paper's three terms".into()));
+        return plan(job).map(Method::of);
     }
-    let lobe = choice.lobe_sum::<f32>(&examples, pond)?;
-    let Some(terms) = lobe.terms() else { return Ok(Method::Host(lobe.into())) };
+    let lobe = choice.lobe_sum::<f32>(&examples(job)?, &job.pond)?;
+    match lobe.terms() {
+        Some(terms) => of_terms(terms, job).map(Method::of),
+        None => Ok(Method::Host(lobe.into(), "splatted, lobe by lobe: no plan".into())),
+    }
+}
+
+/// The method of a job that is one of the pond's plans, as a plan, whatever it costs.
+///
+/// # Errors
+/// Those of the method, low-rank terms that do not reach the error asked for among them.
+pub(super) fn plan(job: &FloorJob) -> Result<Planned, PondError> {
+    let (choice, pond) = (&job.choices.floor, &job.pond);
+    if choice.method == PondMethod::Convolution {
+        let plan = choice.convolution::<f32>(&job.surface()?, pond)?.plan(&settings(job))?;
+        return Ok(Planned { plan, fit: "the paper's three terms".into() });
+    }
+    of_terms(&LowRank::new(&examples(job)?, pond, LowRankSettings::default())?, job)
+}
+
+fn of_terms(terms: &LowRank<f32>, job: &FloorJob) -> Result<Planned, PondError> {
     let report = terms.report();
     let fit = format!("{} terms for {:.2} % of such waves", report.terms, 100.0 * report.error);
-    Ok(Method::Plan(Box::new(terms.plan(&settings)?), fit))
+    Ok(Planned { plan: terms.plan(&settings(job))?, fit })
+}
+
+/// Plans with heights of impulses, and a picture.
+fn settings(job: &FloorJob) -> PlanSettings {
+    let heights = HeightSource::Impulses { capacity: job.basin.capacity, distance_levels: None };
+    PlanSettings { heights, picture: true, ..PlanSettings::default() }
 }

@@ -1,10 +1,10 @@
 //! Floors inside the window's frames: impulses, light and time are written, and nothing else.
 
 use asm_wgpu::{WgpuExecutor, wgpu};
-use caustic_heightfield::{PASSES, PondPlan};
+use caustic_heightfield::PASSES;
 use frame_plan::Executor;
 
-use super::fit::{self, MadeFor, Method};
+use super::fit::{self, MadeFor, Planned};
 use super::job::{FloorFacts, FloorJob};
 use super::pebbles::Waves;
 use crate::graphics::Graphics;
@@ -13,9 +13,8 @@ use crate::subject::Report;
 use crate::worker::{Wake, Worker};
 
 /// A plan, and what it is for.
-struct Planned {
-    plan: Box<PondPlan>,
-    fit: String,
+struct Running {
+    planned: Planned,
     made_for: MadeFor,
     /// Share of states unlike those that it was fitted to, a frame late.
     outside: f64,
@@ -32,7 +31,7 @@ struct Refused {
 /// The pond on the window's device. Plans are made on a thread beside it: fitting low-rank terms takes longer than a frame.
 pub(super) struct Frames {
     executor: WgpuExecutor,
-    planned: Option<Planned>,
+    running: Option<Running>,
     fitter: Worker<FloorJob, Planned>,
     /// What the fitter was last asked for.
     asked: Option<FloorJob>,
@@ -45,8 +44,10 @@ impl Frames {
         let (device, queue) = (graphics.device.clone(), graphics.queue.clone());
         Self {
             executor: WgpuExecutor::from_host(device, queue, PASSES),
-            planned: None,
-            fitter: Worker::start(wake, || Ok(|job: FloorJob| planned(&job))),
+            running: None,
+            fitter: Worker::start(wake, || {
+                Ok(|job: FloorJob| fit::plan(&job).map_err(|error| error.to_string()))
+            }),
             asked: None,
             refused: None,
         }
@@ -55,16 +56,16 @@ impl Frames {
     /// Take a plan that is there, and have another one made where it is needed.
     fn refit(&mut self, job: &FloorJob) -> Result<(), String> {
         match (self.fitter.finished(), self.asked.take()) {
-            (Some(Ok(planned)), _) => {
+            (Some(Ok(planned)), Some(asked)) => {
                 self.executor.prepare(&planned.plan.plan).map_err(|error| error.to_string())?;
                 planned.plan.watch_states(&mut self.executor).map_err(|error| error.to_string())?;
-                self.planned = Some(planned);
+                self.running = Some(Running { planned, made_for: MadeFor::of(&asked), outside: 0.0 });
                 self.refused = None;
             }
             (Some(Err(reason)), Some(asked)) => self.refused = Some(Refused::new(&asked, reason)),
             (_, asked) => self.asked = asked,
         }
-        if let Some(Planned { plan, outside, .. }) = &mut self.planned {
+        if let Some(Running { planned: Planned { plan, .. }, outside, .. }) = &mut self.running {
             let states: f64 = job.samples().iter().product::<usize>() as f64;
             *outside = plan.latest_outside_states(&mut self.executor).map_or(*outside, |n| n as f64 / states);
         }
@@ -83,8 +84,8 @@ impl Frames {
 
     fn is_right_for(&self, job: &FloorJob) -> bool {
         let right =
-            |planned: &Planned| planned.made_for == MadeFor::of(job) && !fit::is_unlike(planned.outside);
-        self.planned.as_ref().is_some_and(right)
+            |running: &Running| running.made_for == MadeFor::of(job) && !fit::is_unlike(running.outside);
+        self.running.as_ref().is_some_and(right)
     }
 }
 
@@ -109,7 +110,9 @@ impl Inside<FloorJob> for Frames {
     fn record(&mut self, job: &FloorJob, encoder: &mut wgpu::CommandEncoder) -> Result<Recorded, String> {
         self.refit(job)?;
         let is_right = self.is_right_for(job);
-        let Some(Planned { plan, .. }) = &mut self.planned else { return Ok(Recorded::Nothing) };
+        let Some(Running { planned: Planned { plan, .. }, .. }) = &mut self.running else {
+            return Ok(Recorded::Nothing);
+        };
         let Waves { impulses, time_s } = &job.waves;
         let basin = &job.basin;
         let executor = &mut self.executor;
@@ -127,19 +130,10 @@ impl Inside<FloorJob> for Frames {
     }
 
     fn report(&mut self) -> Report<FloorFacts> {
-        let planned = self.planned.as_ref();
-        let decisions = planned.map(|planned| planned.plan.plan.decisions.clone()).unwrap_or_default();
-        let facts = planned.map(|planned| FloorFacts { fit: planned.fit.clone(), outside: planned.outside });
-        Report::of(&mut self.executor, decisions, facts.unwrap_or_default())
-    }
-}
-
-fn planned(job: &FloorJob) -> Result<Planned, String> {
-    match fit::method(job) {
-        Ok(Method::Plan(plan, fit)) => Ok(Planned { plan, fit, made_for: MadeFor::of(job), outside: 0.0 }),
-        Ok(Method::Host(_)) => {
-            Err("this light's lobe is splatted, which is no plan: take the cpu executor".into())
-        }
-        Err(error) => Err(error.to_string()),
+        let Some(Running { planned: Planned { plan, fit }, outside, .. }) = &self.running else {
+            return Report::default();
+        };
+        let facts = FloorFacts { fit: fit.clone(), outside: *outside };
+        Report::of(&mut self.executor, plan.plan.decisions.clone(), facts)
     }
 }

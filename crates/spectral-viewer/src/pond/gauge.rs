@@ -104,7 +104,7 @@ mod tests {
         view.pebbles.drop_at([0.4, 0.6]);
         view.pebbles.advance(0.6);
         let job = view.job([1, 1]);
-        let Ok(Method::Host(floors)) = fit::method(&job) else { panic!("no plan") };
+        let Ok(Method::Host(floors, _)) = fit::method(&job) else { panic!("no plan") };
         let floor = floors.below(&job.surface().expect("waves")).expect("a floor");
         (job, picture(&floor))
     }
