@@ -30,10 +30,11 @@ use clap::Parser;
 use spectral_cli::CliError;
 use spectral_cli::view::{Subject, ViewArgs};
 
-/// Show a scene in a window: orbit, drag the lamp, move the glass, switch methods.
+/// Show a scene in a window: orbit, drag the lamp, move the glass, switch methods; or the pond.
 ///
-/// Drag turns the view, with Shift or the middle button it shifts it; Ctrl or the right button drags the lamp; the wheel zooms.
+/// Scenes: drag turns the view, with Shift or the middle button it shifts it; Ctrl or the right button drags the lamp; the wheel zooms.
 /// Keys: M method, N wavelengths, F gap filling, E executor, G glass moves, Space pause, Home back to the beginning.
+/// The pond: a click drops a pebble; Ctrl or the right button drags the sun. Keys: M method, P precision, N wavelengths, E executor, Space, Home.
 #[derive(Debug, Parser)]
 #[command(name = "spectral-viewer", version)]
 struct Cli {

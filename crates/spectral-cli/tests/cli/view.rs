@@ -32,6 +32,7 @@ fn a_command_line_that_makes_no_sense_starts_nothing() {
     view("sphere --frames 0").bad_usage(&["--frames"]);
     view("sphere --screenshot a.png").bad_usage(&["--frames"]);
     view("sphere --map 0").bad_usage(&["--map"]);
+    view("pond --precision fixed99").bad_usage(&["--precision", "fixed8"]);
 }
 
 #[cfg(unix)]
