@@ -23,6 +23,9 @@ pub(super) struct Planned {
     pub(super) fit: String,
 }
 
+/// What is asked of terms that do not reach what they were to, by what they reached: it depends a little on what is asked.
+const WITH_ROOM: f64 = 1.1;
+
 /// A method, made for what a job has.
 pub(super) enum Method {
     /// A plan.
@@ -100,14 +103,25 @@ pub(super) fn method(job: &FloorJob) -> Result<Method, PondError> {
 /// The method of a job that is one of the pond's plans, as a plan, whatever it costs.
 ///
 /// # Errors
-/// Those of the method, low-rank terms that do not reach the error asked for among them.
+/// Those of the method.
 pub(super) fn plan(job: &FloorJob) -> Result<Planned, PondError> {
     let (choice, pond) = (&job.choices.floor, &job.pond);
     if choice.method == PondMethod::Convolution {
         let plan = choice.convolution::<f32>(&job.surface()?, pond)?.plan(&settings(job))?;
         return Ok(Planned { plan, fit: "the paper's three terms".into() });
     }
-    of_terms(&LowRank::new(&examples(job)?, pond, LowRankSettings::default())?, job)
+    let examples = examples(job)?;
+    let mut settings = LowRankSettings::default();
+    let terms = loop {
+        match LowRank::new(&examples, pond, settings) {
+            // A low sun: as near as that many terms come. The panel says how near that is.
+            Err(PondError::Terms { reached, .. }) if reached < 1.0 => {
+                settings.target_error = WITH_ROOM * reached.max(settings.target_error);
+            }
+            terms => break terms?,
+        }
+    };
+    of_terms(&terms, job)
 }
 
 fn of_terms(terms: &LowRank<f32>, job: &FloorJob) -> Result<Planned, PondError> {
@@ -120,4 +134,34 @@ fn of_terms(terms: &LowRank<f32>, job: &FloorJob) -> Result<Planned, PondError> 
 fn settings(job: &FloorJob) -> PlanSettings {
     let heights = HeightSource::Impulses { capacity: job.basin.capacity, distance_levels: None };
     PlanSettings { heights, picture: true, ..PlanSettings::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::pond::view::tests::view;
+    use crate::subject::Subject;
+
+    fn job_under(sun: [f64; 2]) -> FloorJob {
+        let mut view = view("--map 64");
+        view.pebbles.drop_at([0.4, 0.6]);
+        view.pebbles.advance(0.6);
+        view.sun.drag(sun);
+        view.job([1, 1])
+    }
+
+    fn terms(job: &FloorJob) -> Result<LowRank<f32>, PondError> {
+        LowRank::new(&examples(job).expect("waves"), &job.pond, LowRankSettings::default())
+    }
+
+    #[test]
+    fn a_low_sun_has_the_terms_there_may_be() {
+        let high = job_under([0.0, 0.0]);
+        let of_high = terms(&high).expect("few terms").report().terms;
+        assert!(plan(&high).expect("a plan").fit.starts_with(&format!("{of_high} terms")));
+        let low = job_under([-5.0, 0.0]);
+        assert!(matches!(terms(&low), Err(PondError::Terms { .. })), "this sun asks for too little");
+        let fit = plan(&low).expect("a plan").fit;
+        assert!(fit.contains(" terms for 1.") || fit.contains(" terms for 2."), "{fit}");
+    }
 }
