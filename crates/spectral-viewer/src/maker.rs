@@ -36,6 +36,8 @@ pub(crate) trait Inside<J: Job> {
 pub(crate) enum Recorded {
     /// XYZ and padding per pixel, f32, rows from the top; and pixels.
     Picture(wgpu::Buffer, [u32; 2]),
+    /// The same, by a plan of which it is known some frames later whether it is right: record it again.
+    Provisional(wgpu::Buffer, [u32; 2]),
     /// The same by a plan for something else: the right one is being made.
     Late(wgpu::Buffer, [u32; 2]),
     /// None yet.
@@ -45,7 +47,7 @@ pub(crate) enum Recorded {
 /// What makes pictures of one subject.
 pub(crate) enum Maker<J: Job> {
     /// On the window's device, recorded into its frames; pictures are copied to the host on request.
-    Inside { frames: Box<dyn Inside<J>>, copy: Option<(PictureCopy, J)> },
+    Inside { frames: Box<dyn Inside<J>>, copy: Option<(PictureCopy, J)>, again: bool },
     /// On a thread; its pictures are handed to the window's device.
     Beside { worker: Worker<J, Finished<J>>, uploaded: Option<Uploaded> },
 }
@@ -80,7 +82,7 @@ impl<J: Job> Progress<J> {
 impl<J: Job> Maker<J> {
     /// Inside the window's frames.
     pub(crate) fn inside(frames: impl Inside<J> + 'static) -> Self {
-        Self::Inside { frames: Box::new(frames), copy: None }
+        Self::Inside { frames: Box::new(frames), copy: None, again: false }
     }
 
     /// On this thread.
@@ -101,16 +103,20 @@ impl<J: Job> Maker<J> {
         display: &Display,
     ) -> Result<Progress<J>, String> {
         match self {
-            Self::Inside { frames, copy } => {
+            Self::Inside { frames, copy, again } => {
                 let copied = PictureCopy::collect(copy, &graphics.device)?;
-                if !(due || wanted && copy.is_none()) {
+                if !(due || *again || wanted && copy.is_none()) {
                     return Ok(Progress { copied, idle: copy.is_none(), ..Progress::NOTHING });
                 }
                 let recorded = frames.record(job, encoder)?;
-                let (Recorded::Picture(buffer, size) | Recorded::Late(buffer, size)) = &recorded else {
+                *again = matches!(recorded, Recorded::Provisional(..));
+                let (Recorded::Picture(buffer, size)
+                | Recorded::Provisional(buffer, size)
+                | Recorded::Late(buffer, size)) = &recorded
+                else {
                     return Ok(Progress { copied, ..Progress::NOTHING });
                 };
-                let current = matches!(recorded, Recorded::Picture(..));
+                let current = !matches!(recorded, Recorded::Late(..));
                 screen.draw(graphics, encoder, (buffer, *size), display);
                 if current && wanted && copy.is_none() {
                     let begun = PictureCopy::record(&graphics.device, encoder, buffer, *size);
@@ -137,7 +143,7 @@ impl<J: Job> Maker<J> {
 
     /// What is known of the picture recorded inside a frame, once that is submitted.
     pub(crate) fn after_submit(&mut self) -> Option<Report<J::Facts>> {
-        let Self::Inside { frames, copy } = self else { return None };
+        let Self::Inside { frames, copy, .. } = self else { return None };
         if let Some((copy, _)) = copy {
             copy.submitted();
         }
@@ -149,9 +155,9 @@ impl<J: Job> Maker<J> {
         matches!(self, Self::Inside { .. })
     }
 
-    /// Whether a picture is on its way to the host, for which frames must go on.
-    pub(crate) fn is_copying(&self) -> bool {
-        matches!(self, Self::Inside { copy: Some(_), .. })
+    /// Whether frames must go on: a picture is on its way to the host, or to be recorded again.
+    pub(crate) fn goes_on(&self) -> bool {
+        matches!(self, Self::Inside { copy: Some(_), .. } | Self::Inside { again: true, .. })
     }
 }
 

@@ -299,9 +299,11 @@ impl<S: Subject> Open<S> {
                 if recorded {
                     self.status.shown = if current { Shown::Now } else { Shown::Nothing };
                 }
-                // What came while another executor was busy is still due.
+                // What came while another executor was busy is still due, and what a late plan was recorded for.
                 if current || begun {
                     self.last = Some(now);
+                } else if recorded {
+                    self.last = None;
                 }
                 match arrived {
                     Some(Ok(Finished { picture, job, report })) => {
@@ -401,7 +403,7 @@ impl<S: Subject> Open<S> {
     fn schedule(&self, event_loop: &ActiveEventLoop, panel: Option<Duration>) {
         let showing = self.subject.showing();
         let running = self.maker.is_inside() && !showing.paused && self.status.error.is_none();
-        let running = running || self.maker.is_copying();
+        let running = running || self.maker.goes_on();
         let stale = self.drawn != Some(showing.display());
         match panel {
             Some(Duration::ZERO) => self.graphics.window.request_redraw(),

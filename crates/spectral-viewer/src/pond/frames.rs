@@ -12,6 +12,9 @@ use crate::maker::{Inside, Recorded};
 use crate::subject::Report;
 use crate::worker::{Wake, Worker};
 
+/// Frames after which the states of a surface are known to have been counted: more than a window has unfinished.
+const COUNTED_AFTER: u32 = 4;
+
 /// A plan, and what it is for.
 struct Running {
     planned: Planned,
@@ -36,6 +39,9 @@ pub(super) struct Frames {
     /// What the fitter was last asked for.
     asked: Option<FloorJob>,
     refused: Option<Refused>,
+    /// What was recorded last, and in how many frames.
+    last: Option<FloorJob>,
+    times: u32,
 }
 
 impl Frames {
@@ -50,6 +56,8 @@ impl Frames {
             }),
             asked: None,
             refused: None,
+            last: None,
+            times: 0,
         }
     }
 
@@ -122,8 +130,11 @@ impl Inside<FloorJob> for Frames {
         executor.record(encoder).map_err(|error| error.to_string())?;
         let picture = plan.picture().and_then(|picture| executor.buffer(picture)).cloned();
         let size = plan.size().map(|side| side as u32);
+        self.times = if self.last.as_ref() == Some(job) { self.times + 1 } else { 1 };
+        self.last = Some(job.clone());
         Ok(match picture {
-            Some(picture) if is_right => Recorded::Picture(picture, size),
+            Some(picture) if is_right && self.times > COUNTED_AFTER => Recorded::Picture(picture, size),
+            Some(picture) if is_right => Recorded::Provisional(picture, size),
             Some(picture) => Recorded::Late(picture, size),
             None => Recorded::Nothing,
         })
