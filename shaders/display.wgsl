@@ -5,10 +5,12 @@ struct DisplayParams {
     picture_size: vec2<u32>,
     target_size: vec2<u32>,
     exposure: f32,
-    // Luminance that the tone map takes to white; 0 means no tone map but the cut at 1.
+    // Luminance that Reinhard's tone map takes to white; 0 means another, or none but the cut at 1.
     reinhard_white: f32,
     // The target stores what it is given: encode here.
     encode: u32,
+    // Of the sigmoid; 0 means another tone map.
+    sigmoid_contrast: f32,
     // Columns of the matrix from XYZ to linear sRGB.
     linear_srgb_from_x: vec4<f32>,
     linear_srgb_from_y: vec4<f32>,
@@ -27,7 +29,22 @@ fn display_vertex(@builtin(vertex_index) vertex: u32) -> @builtin(position) vec4
     return vec4(corner * 4.0 - 1.0, 0.0, 1.0);
 }
 
+const MIDDLE_GREY: f32 = 0.18;
+
+fn sigmoid(y: f32) -> f32 {
+    let rest = (1.0 - MIDDLE_GREY) / MIDDLE_GREY;
+    // Powers below 1 on either side of grey, so that none is infinite.
+    if y < MIDDLE_GREY {
+        let share = pow(y / MIDDLE_GREY, params.sigmoid_contrast);
+        return share / (share + rest);
+    }
+    return 1.0 / (1.0 + pow(MIDDLE_GREY / y, params.sigmoid_contrast) * rest);
+}
+
 fn tone_mapped(y: f32) -> f32 {
+    if params.sigmoid_contrast > 0.0 {
+        return sigmoid(y);
+    }
     let white = params.reinhard_white;
     if white == 0.0 || y >= white {
         return min(y, 1.0);

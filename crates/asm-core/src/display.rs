@@ -17,12 +17,12 @@ pub struct DisplayParams {
     pub target_size: [u32; 2],
     /// XYZ is multiplied by this.
     pub exposure: f32,
-    /// Luminance that becomes white; 0 means no tone map but the cut at 1.
+    /// Luminance that Reinhard's map takes to white; 0 means another, or none but the cut at 1.
     pub reinhard_white: f32,
     /// 1 if the target stores what it is given, and is given encoded sRGB.
     pub encode: u32,
-    /// Padding.
-    pub reserved: u32,
+    /// Of the sigmoid; 0 means another tone map.
+    pub sigmoid_contrast: f32,
     /// Columns of the matrix from XYZ to linear sRGB, and padding.
     pub linear_srgb_from_x: [f32; 4],
     /// Second column.
@@ -40,16 +40,18 @@ impl DisplayParams {
         let rows = RgbSpace::SRGB.rgb_from_xyz();
         let column = |c: usize| [rows[0][c] as f32, rows[1][c] as f32, rows[2][c] as f32, 0.0];
         let [x, y, z] = D65_WHITE_XYZ.map(|v| v as f32);
+        let (reinhard_white, sigmoid_contrast) = match display.tone_map {
+            ToneMap::Clip => (0.0, 0.0),
+            ToneMap::Reinhard { white } => (white, 0.0),
+            ToneMap::Sigmoid { contrast } => (0.0, contrast),
+        };
         Self {
             picture_size,
             target_size,
             exposure: display.exposure as f32,
-            reinhard_white: match display.tone_map {
-                ToneMap::Clip => 0.0,
-                ToneMap::Reinhard { white } => white as f32,
-            },
+            reinhard_white: reinhard_white as f32,
             encode: encode.into(),
-            reserved: 0,
+            sigmoid_contrast: sigmoid_contrast as f32,
             linear_srgb_from_x: column(0),
             linear_srgb_from_y: column(1),
             linear_srgb_from_z: column(2),

@@ -197,7 +197,7 @@ fn the_display_has_the_layout_of_its_wgsl() {
         ..UV_VISIBILITY
     };
     let layout = layout!(DisplayParams as "DisplayParams" {
-        picture_size, target_size, exposure, reinhard_white, encode, linear_srgb_from_x, linear_srgb_from_y,
+        picture_size, target_size, exposure, reinhard_white, encode, sigmoid_contrast, linear_srgb_from_x, linear_srgb_from_y,
         linear_srgb_from_z, white_xyz,
     });
     check_layout(&display, &layout).unwrap();

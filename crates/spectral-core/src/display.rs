@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::rgb::{D65_WHITE_XYZ, linear_srgb_from_xyz};
 
-/// How luminance is brought below 1. Both maps scale XYZ as a whole, so chromaticity stays.
+/// How luminance is brought below 1. All maps scale XYZ as a whole, so chromaticity stays.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ToneMap {
@@ -18,7 +18,17 @@ pub enum ToneMap {
         /// Luminance W, after exposure, that becomes white; above 0.
         white: f64,
     },
+    /// Y^n / (Y^n + s^n), a sigmoid in log Y with [`MIDDLE_GREY`] where it is: dark parts are darkened for n above 1.2, bright ones
+    /// come near to 1 (Naka & Rushton 1966; as a tone map, Reinhard & Devlin 2005, "Dynamic Range Reduction Inspired by
+    /// Photoreceptor Physiology"). Schwenk et al. 2010 show their pictures by a sigmoid that they do not specify.
+    Sigmoid {
+        /// n, above 0: 0.82 n is the slope of log against log at middle grey.
+        contrast: f64,
+    },
 }
+
+/// The luminance of a grey that looks half-way between black and white.
+pub const MIDDLE_GREY: f64 = 0.18;
 
 impl ToneMap {
     /// Displayed luminance, 0 to 1, of an exposed one. Negative and NaN luminances give 0.
@@ -30,6 +40,14 @@ impl ToneMap {
             // At and above white the quotient is 1 or more; asking first keeps infinity out of it.
             Self::Reinhard { white } if y >= white => 1.0,
             Self::Reinhard { white } => (y * (1.0 + y / (white * white)) / (1.0 + y)).min(1.0),
+            // Powers below 1 on either side of grey, so that none is infinite.
+            Self::Sigmoid { contrast } if y < MIDDLE_GREY => {
+                let share = Float::powf(y / MIDDLE_GREY, contrast);
+                share / (share + (1.0 - MIDDLE_GREY) / MIDDLE_GREY)
+            }
+            Self::Sigmoid { contrast } => {
+                1.0 / (1.0 + Float::powf(MIDDLE_GREY / y, contrast) * (1.0 - MIDDLE_GREY) / MIDDLE_GREY)
+            }
         }
     }
 }
@@ -183,7 +201,13 @@ mod tests {
 
     #[test]
     fn tone_maps_are_monotone_and_end_at_one() {
-        for map in [ToneMap::Clip, ToneMap::Reinhard { white: 4.0 }, ToneMap::Reinhard { white: 0.5 }] {
+        for map in [
+            ToneMap::Clip,
+            ToneMap::Reinhard { white: 4.0 },
+            ToneMap::Reinhard { white: 0.5 },
+            ToneMap::Sigmoid { contrast: 1.5 },
+            ToneMap::Sigmoid { contrast: 0.7 },
+        ] {
             let mut last = map.luminance(0.0);
             assert_eq!(last, 0.0);
             for i in 1..=1000 {
@@ -199,6 +223,24 @@ mod tests {
         assert_eq!(filmic.luminance(4.0), 1.0);
         assert!((filmic.luminance(4.0 - 1e-9) - 1.0).abs() < 1e-9);
         assert!((filmic.luminance(1e-4) / 1e-4 - 1.0).abs() < 1e-3);
+    }
+
+    /// A logistic curve over ln Y: symmetric about where it is 1/2, and its slope at middle grey is the contrast's.
+    #[test]
+    fn the_sigmoid_is_one() {
+        for contrast in [0.7, 1.0, 1.5, 3.0] {
+            let map = ToneMap::Sigmoid { contrast };
+            assert!((map.luminance(MIDDLE_GREY) - MIDDLE_GREY).abs() < 1e-15);
+            let half = MIDDLE_GREY * Float::powf((1.0 - MIDDLE_GREY) / MIDDLE_GREY, 1.0 / contrast);
+            for factor in [1.0, 1.3, 4.0, 100.0] {
+                let pair = map.luminance(half * factor) + map.luminance(half / factor);
+                assert!((pair - 1.0).abs() < 1e-12, "{contrast} {factor}: {pair}");
+            }
+            let step = 1e-6;
+            let ends = [1.0 - step, 1.0 + step].map(|f| Float::ln(map.luminance(MIDDLE_GREY * f)));
+            let slope = (ends[1] - ends[0]) / (2.0 * step);
+            assert!((slope - (1.0 - MIDDLE_GREY) * contrast).abs() < 1e-8, "{contrast}: {slope}");
+        }
     }
 
     #[test]
@@ -239,7 +281,7 @@ mod tests {
 
         #[test]
         fn anything_becomes_displayable(xyz in prop::array::uniform3(prop::num::f64::ANY), exposure in 0.0..1e6) {
-            for tone_map in [ToneMap::Clip, ToneMap::Reinhard { white: 4.0 }] {
+            for tone_map in [ToneMap::Clip, ToneMap::Reinhard { white: 4.0 }, ToneMap::Sigmoid { contrast: 1.5 }] {
                 let rgb = Display { exposure, tone_map }.linear_srgb_from_xyz(xyz);
                 prop_assert!(in_gamut(rgb), "{:?} {:?}", xyz, rgb);
             }

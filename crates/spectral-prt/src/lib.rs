@@ -47,7 +47,7 @@ pub use passes::PASSES;
 pub use passes::SPIRV_PASSES;
 pub use relighting::{
     Albedo, AlbedoTerms, Exposure, IndexMap, Palette, Projection, Relighting, RelightingError,
-    RelightingSettings, RelitScene, SceneTransfer, Shot, SpectralMap,
+    RelightingSettings, RelitScene, RoundTrip, SceneTransfer, Shot, SpectralMap,
 };
 pub use sky::Sky;
 pub use surface::Surface;

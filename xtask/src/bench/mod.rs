@@ -1,6 +1,6 @@
 //! `cargo xtask bench`: the tables 2 and 3 of Blanchette & Agu 2013, and moving frames, measured here on every executor;
 //! with `--peers` the race against other renderers, with `--pond` table 1 of Trendall & Stewart 2000, with `--pond-scipy` the
-//! race of the pond against SciPy.
+//! race of the pond against SciPy, with `--prt` spectral against RGB frames of relit surfaces.
 //!
 //! What is compared is measured in turns, in one run, on one device: shared machines slow down and speed up, ratios stay.
 
@@ -10,6 +10,7 @@ mod moving;
 mod objects;
 mod peers;
 mod pond;
+mod prt;
 mod python;
 mod report;
 
@@ -57,6 +58,9 @@ pub(crate) struct Args {
     /// Instead: race SciPy's fftconvolve on the pond; it is installed from the package registry into target/peers.
     #[arg(long, conflicts_with = "peers")]
     pond_scipy: bool,
+    /// Instead: frames of relit surfaces, spectral against RGB.
+    #[arg(long, conflicts_with_all = ["peers", "pond", "pond_scipy"])]
+    prt: bool,
     /// Most seconds of a peer's picture; what takes longer is extrapolated.
     #[arg(long, default_value_t = 60.0, value_name = "SECONDS", requires = "peers")]
     peer_seconds: f64,
@@ -90,6 +94,9 @@ impl Column {
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     if args.pond {
         return pond::table_1::run(args);
+    }
+    if args.prt {
+        return prt::run(args);
     }
     if args.peers {
         return peers::run(args);

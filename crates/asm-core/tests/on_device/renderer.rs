@@ -157,7 +157,8 @@ fn the_display_on_the_device_is_that_of_the_core() {
         let Some(mut screen) = Screen::new(size, encodes_srgb) else { return };
         let mut gpu = screen.executor();
         gpu.prepare(&plan).unwrap();
-        for tone_map in [ToneMap::Clip, ToneMap::Reinhard { white: 3.0 }] {
+        for tone_map in [ToneMap::Clip, ToneMap::Reinhard { white: 3.0 }, ToneMap::Sigmoid { contrast: 1.5 }]
+        {
             let display = Display { exposure: 0.8, tone_map };
             screen.show(&mut gpu, picture, &display);
             let shown = screen.pixels();

@@ -75,6 +75,19 @@ impl Projection<'_> {
             Self::Rgb(grid, observer) => vec![rgb_albedo(grid, *observer, reflectance)],
         }
     }
+
+    /// XYZ of a flat patch under a light, in the light's unit times nm: what a frame shows of it under an even sky, where
+    /// nothing else is near.
+    ///
+    /// # Panics
+    /// If a spectrum has not one value per wavelength of the grid.
+    pub fn seen(&self, reflectance: &[f64], light: &[f64]) -> [f64; 3] {
+        let albedo = match self {
+            Self::Spectral(basis) | Self::Bounced(basis, _) => basis.albedo_coefficients(reflectance),
+            Self::Rgb(grid, observer) => rgb_albedo(grid, *observer, reflectance),
+        };
+        SpectralBasis::xyz(&albedo, &self.light(light))
+    }
 }
 
 /// Albedos by their indices: what index maps name.

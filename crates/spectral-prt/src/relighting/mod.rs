@@ -14,6 +14,7 @@ mod error;
 mod frame;
 mod pack;
 mod scene;
+mod texture;
 
 use asm_core::WorkingSpace;
 use frame_plan::{Limits, ParamsId, Plan, ResourceId};
@@ -25,6 +26,7 @@ pub use albedo::{Albedo, AlbedoTerms, IndexMap, Palette, Projection, SpectralMap
 pub use error::RelightingError;
 pub use frame::{Exposure, Shot};
 pub use scene::{RelitScene, SceneTransfer};
+pub use texture::RoundTrip;
 
 /// The picture of a plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -150,3 +150,46 @@ fn a_spectral_map_is_linear_between_texels() {
         assert!((share - if u < 0.5 { 0.0 } else { 1.0 }).abs() < 1e-4, "{u}: {share}");
     }
 }
+
+/// An RGB texture under D65: what its report says of its colours is what the frame shows of them.
+#[test]
+fn an_rgb_texture_keeps_its_colours_as_far_as_it_says() {
+    let (surface, uvs) = square();
+    let surfaces = [surface];
+    let transfer = transfer(&surfaces, 1);
+    let camera = camera(DVec3::new(0.0, 0.0, 4.0));
+    let d65 = light(Illuminant::D65);
+    let balance = Shown::under(light_xyz(&GRID, OBSERVER, &d65)).expect("a white");
+    let (five, eight) = (basis(5), basis(8));
+    let levels = [0, 51, 128, 204, 255];
+    let cube: Vec<[u8; 3]> = (0..125).map(|i| [levels[i % 5], levels[i / 5 % 5], levels[i / 25]]).collect();
+    for (name, projection) in
+        [("RGB", RGB), ("5", Projection::Spectral(&five)), ("8", Projection::Spectral(&eight))]
+    {
+        let (_, whole) = SpectralMap::from_srgb(&projection, [25, 5], &cube).expect("125 texels");
+        println!(
+            "{name}: CIE94 mean {:.3}, max {:.3} at {:?}",
+            whole.delta_e_mean, whole.delta_e_max, whole.worst
+        );
+        let greys = [[0; 3], [100; 3], [255; 3]];
+        let (_, of_greys) = SpectralMap::from_srgb(&projection, [3, 1], &greys).expect("3 texels");
+        assert!(of_greys.colours == 3 && of_greys.delta_e_max < 1e-6, "{name}: {of_greys:?}");
+
+        let worst = [whole.worst; 4];
+        let (map, round_trip) = SpectralMap::from_srgb(&projection, [2, 2], &worst).expect("4 texels");
+        assert_eq!((round_trip.colours, round_trip.delta_e_max), (1, whole.delta_e_max));
+        let mut stage = Stage::new(&surfaces, &transfer, &projection, &[GRID.sample(|_| 1.0)]);
+        stage.spectral_maps = vec![map];
+        stage.albedos = vec![Albedo::Mapped { map: 0, uvs: uvs.clone() }];
+        let exposure = Exposure { factor: 1.0, balance: Some(balance) };
+        let sky = even(&projection.light(&d65));
+        let picture = stage.picture(&Shot { exposure, ..shot(&sky, &camera) });
+        let lab = |xyz| spectral_core::color::lab_from_xyz(xyz, D65_WHITE_XYZ);
+        let linear = whole.worst.map(|c| spectral_core::display::linear_from_srgb(f64::from(c) / 255.0));
+        let asked = lab(spectral_core::rgb::xyz_from_linear_srgb(linear));
+        for xyz in seen(&picture) {
+            let difference = spectral_core::color::delta_e_94(asked, lab(xyz));
+            assert!((difference - whole.delta_e_max).abs() < 1e-3, "{name}: {difference} {whole:?}");
+        }
+    }
+}
