@@ -16,6 +16,7 @@ use clap::ValueEnum;
 use frame_plan::{DeviceInfo, Executor};
 use xtask::executor_entry::{ExecutorEntry, Status};
 use xtask::executors::{Candidate, EXECUTORS, ON_SECOND_DRIVER, Opened};
+use xtask::ponds::{PONDS, is_pond, named_ponds};
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
@@ -163,7 +164,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("[{}/{}] {}", i + 1, subjects.len(), subject.name);
         bakes::compare(subject, methods, &effort, args.sabotage, &mut contenders, &mut report);
     }
-    let ponds = ponds::named(&args.scenes, args.quick);
+    let ponds = named_ponds(&PONDS, &args.scenes, args.quick);
     if !ponds.is_empty() {
         let started = contenders.iter().filter(|c| c.executor.is_some()).map(|c| c.entry.name);
         let mut contenders = ponds::contenders(&started.collect::<Vec<_>>(), &mut report);
@@ -205,14 +206,14 @@ fn subjects(args: &Args) -> Result<Vec<Subject>> {
     let names: Vec<&str> = match (args.scenes.as_slice(), args.quick) {
         ([], false) => Subject::names().collect(),
         ([], true) => QUICK_SCENES.to_vec(),
-        (named, _) => named.iter().map(String::as_str).filter(|name| !ponds::is_pond(name)).collect(),
+        (named, _) => named.iter().map(String::as_str).filter(|name| !is_pond(&PONDS, name)).collect(),
     };
     let root = paths::workspace_root();
     let subjects: Vec<_> = names
         .into_iter()
         .map(|name| Subject::open(name, &root).with_context(|| format!("--scene {name}")))
         .collect::<Result<_>>()?;
-    if subjects.is_empty() && ponds::named(&args.scenes, args.quick).is_empty() {
+    if subjects.is_empty() && named_ponds(&PONDS, &args.scenes, args.quick).is_empty() {
         bail!("there is no scene to compare");
     }
     Ok(subjects)

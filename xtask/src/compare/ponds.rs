@@ -3,15 +3,15 @@
 use std::time::Instant;
 
 use caustic_heightfield::{
-    Convolution, ConvolutionSettings, FloorGrid, HeightField, LowRank, LowRankSettings, Photon, PhotonPlan,
-    PhotonSettings, PlanSettings, Pond, PondError, PondPlan, exact, exact_over_facets, relative_rms,
+    Convolution, ConvolutionSettings, FloorGrid, HeightField, LowRank, LowRankSettings, Photon,
+    PhotonSettings, PlanSettings, Pond, PondError, PondPlan, exact, exact_over_facets,
 };
 use frame_plan::{DeviceInfo, Executor, Limits};
 use serde_json::{Value, json};
 use spectral_core::rgb::D65_WHITE_XYZ;
 use xtask::executors::{EXECUTORS, POND_EXECUTORS};
 use xtask::metrics::Map;
-use xtask::ponds::{EXTENT_M, PONDS, PondSubject, fault, light, spoiled};
+use xtask::ponds::{EXTENT_M, FloorDistance, FloorPlan, PondSubject, white, window};
 use xtask::sabotage::Sabotage;
 
 use super::report::{Check, Control, PictureRow, Report, SceneEntry, difference, shown};
@@ -22,10 +22,6 @@ const PARITY: f64 = 1e-5;
 const LOW_RANK: f64 = 0.011;
 /// Most relative RMS of light through a mesh of water against the integral of nearly clear water, in texel means.
 const PHOTON: f64 = 0.05;
-/// Exponent of that water's lobe, per square of the samples across the pond: a tenth of a texel.
-const CLEAR: f64 = 5.0;
-/// Least relative deviation from the mean of a floor with waves above it.
-const VARIES: f64 = 0.01;
 /// Name of the integral in checks.
 const EXACT: &str = "exact";
 
@@ -96,79 +92,35 @@ fn compare_methods(
     };
     let mut rows = Vec::new();
     for (method, plan, bound) in plans(&surface, &pond)? {
-        let plan = Planned::Pond(Box::new(plan), &surface);
+        let plan = FloorPlan::Sums(Box::new(plan), &surface);
         let held = Held { method, plan, bound, side };
         rows.push(held.compare(subject, &integral, sabotage, contenders, report));
     }
-    // A part of the floor: the integral of narrow lobes takes long.
-    let half = FloorGrid {
-        size: [side / 2; 2],
-        corner_m: EXTENT_M.map(|m| 0.3 * m),
-        extent_m: EXTENT_M.map(|m| 0.5 * m),
-    };
-    let clear = Pond { scattering: CLEAR * (side * side) as f64, ..pond };
+    let (half, clear) = (window(side), subject.nearly_clear(side));
     let irradiance = exact_over_facets(&surface, &clear, half, 2.0)?.irradiance;
     let integral = Floor { irradiance: white(&irradiance), ..integral };
     let limits = Limits::default();
     let plan = Photon::new(&clear, PhotonSettings::default())?.plan(&surface, half, &limits)?;
-    let plan = Planned::Photon(Box::new(plan));
+    let plan = FloorPlan::Photon(Box::new(plan));
     let held = Held { method: "photon", plan, bound: Some(PHOTON), side: side / 2 };
     rows.push(held.compare(subject, &integral, sabotage, contenders, report));
     Ok(rows)
 }
 
-/// A plan that gives a floor.
-#[derive(Clone)]
-enum Planned<'a> {
-    Pond(Box<PondPlan>, &'a HeightField),
-    Photon(Box<PhotonPlan>),
-}
-
-impl Planned<'_> {
-    fn spoiled(&self, sabotage: Sabotage) -> Self {
-        match self {
-            Self::Pond(plan, surface) => Self::Pond(Box::new(spoiled(plan, sabotage)), surface),
-            Self::Photon(plan) => {
-                let mut spoiled = plan.clone();
-                spoiled.bake = sabotage.spoil(&plan.bake);
-                Self::Photon(spoiled)
-            }
+impl PondContender {
+    /// The executor for this plan's passes.
+    fn executor_of(&mut self, plan: &FloorPlan<'_>) -> &mut dyn Executor {
+        match plan {
+            FloorPlan::Sums(..) => self.executor.as_mut(),
+            FloorPlan::Photon(_) => self.of_scenes.as_mut(),
         }
     }
-
-    const fn fault(&self, sabotage: Sabotage) -> &'static str {
-        match self {
-            Self::Pond(..) => fault(sabotage),
-            Self::Photon(_) => sabotage.description(),
-        }
-    }
-
-    /// Irradiance; of photons X, Y and Z, one plane after the other.
-    fn floor(&self, contender: &mut PondContender) -> Result<Vec<f64>, PondError> {
-        match self {
-            Self::Pond(plan, surface) => {
-                Ok(light(plan, surface, contender.executor.as_mut())?.light.irradiance)
-            }
-            Self::Photon(plan) => {
-                let executor = contender.of_scenes.as_mut();
-                executor.prepare(&plan.bake.plan)?;
-                executor.execute()?;
-                let xyz = plan.read(executor)?.xyz;
-                Ok((0..3).flat_map(|c| xyz.iter().map(move |xyz| xyz[c])).collect())
-            }
-        }
-    }
-}
-
-/// As planes of X, Y and Z.
-fn white(irradiance: &[f64]) -> Vec<f64> {
-    D65_WHITE_XYZ.iter().flat_map(|w| irradiance.iter().map(move |y| w * y)).collect()
 }
 
 /// A method's plan, and what it is held to.
 struct Held<'a> {
     method: &'static str,
-    plan: Planned<'a>,
+    plan: FloorPlan<'a>,
     bound: Option<f64>,
     /// Texels across the floor.
     side: usize,
@@ -190,7 +142,7 @@ impl Held<'_> {
             let fault = sabotage.filter(|_| i == last);
             report.spoiled_plans += usize::from(fault.is_some());
             let given = fault.map_or_else(|| plan.clone(), |fault| plan.spoiled(fault));
-            match given.floor(contender) {
+            match given.floor(contender.executor_of(&given)) {
                 Ok(irradiance) => floors.push(Floor {
                     name: contender.name,
                     device: Some(contender.info.clone()),
@@ -234,25 +186,13 @@ fn parity(a: &Floor, b: &Floor) -> f64 {
 
 /// The distance of two floors, and what is wrong with it or with them.
 fn judge(a: &[f64], b: &[f64], bound: Option<f64>) -> (Value, Vec<String>) {
-    let mut problems = Vec::new();
-    for (name, floor) in [("a", a), ("b", b)] {
-        let mean = floor.iter().sum::<f64>() / floor.len() as f64;
-        let deviation = relative_rms(floor, &vec![mean; floor.len()]);
-        if !(mean > 0.0 && mean < 1.0 && deviation.is_finite()) {
-            problems.push(format!("nothing to compare, {name}: mean irradiance {mean}"));
-        } else if deviation < VARIES {
-            problems.push(format!("nothing to compare, {name}: varies by {deviation} only"));
-        }
-    }
-    if !problems.is_empty() {
-        return (Value::Null, problems);
-    }
-    let rms = relative_rms(a, b);
-    let total_y = a.iter().sum::<f64>() / b.iter().sum::<f64>();
-    if let Some(bound) = bound.filter(|&bound| rms > bound) {
-        problems.push(format!("RMS {rms:.2e} is above {bound:.2e}"));
-    }
-    (json!({ "rms": rms, "total_y": total_y }), problems)
+    let distance = match FloorDistance::of(a, b) {
+        Ok(distance) => distance,
+        Err(problems) => return (Value::Null, problems),
+    };
+    let rms = distance.rms;
+    let above = bound.filter(|&bound| rms > bound).map(|bound| format!("RMS {rms:.2e} is above {bound:.2e}"));
+    (json!(distance), above.into_iter().collect())
 }
 
 /// A check with its controls: faults put into `a`, each of which must be found.
@@ -307,13 +247,14 @@ const FAULTS: [(&str, Spoil); 4] = [
 fn control_plans(
     subject: &PondSubject,
     method: &str,
-    plan: &Planned<'_>,
+    plan: &FloorPlan<'_>,
     good: &Floor,
     contender: &mut PondContender,
     report: &mut Report,
 ) {
     for sabotage in Sabotage::ALL {
-        let failed = match plan.spoiled(sabotage).floor(contender) {
+        let spoiled = plan.spoiled(sabotage);
+        let failed = match spoiled.floor(contender.executor_of(&spoiled)) {
             Ok(floor) => !judge(&floor, &good.irradiance, Some(PARITY)).1.is_empty(),
             // A plan without one of its passes may be refused: noticed as well.
             Err(_) => true,
@@ -365,21 +306,4 @@ fn failed(scene: &str, method: &str, who: &'static str, problem: String) -> Chec
         ok: false,
         problems: vec![problem],
     }
-}
-
-/// The ponds of these names; all of them where none is named, one in a quick run. `pond` is all of them.
-pub(super) fn named(names: &[String], quick: bool) -> Vec<&'static PondSubject> {
-    let wanted = |pond: &&PondSubject| match names {
-        [] => !quick || pond.name == PONDS[0].name,
-        names => names.iter().any(|name| name == pond.name || name == ALL_PONDS),
-    };
-    PONDS.iter().filter(wanted).collect()
-}
-
-/// The name of all ponds together.
-const ALL_PONDS: &str = "pond";
-
-/// Whether this names a pond, and no scene.
-pub(super) fn is_pond(name: &str) -> bool {
-    name == ALL_PONDS || PONDS.iter().any(|pond| pond.name == name)
 }

@@ -1,5 +1,7 @@
 //! One rung on one executor: its distance from the oracle and what a frame takes.
 
+use std::fmt::Display;
+
 use asm_core::{BakePlan, RenderPlan, Rung, bake_plan, render_plan};
 use frame_plan::{ExecuteError, Executor, Limits, Plan};
 use serde::Serialize;
@@ -224,37 +226,43 @@ impl Climber {
         rung: &Rung,
         outcome: &mut Outcome,
     ) -> Result<(), Problem> {
-        let plan = self.plan(course, rung)?;
-        self.add_round(&plan.plan, &mut outcome.frame)?;
+        let plan = self.plan(course, rung)?.plan;
+        self.add_round(&plan, &mut outcome.frame, |executor| executor.prepare(&plan))?;
         if let Some(frame) = &mut outcome.picture_frame {
-            let plan = self.picture_plan(course, rung)?;
-            self.add_round(&plan.plan, frame)?;
+            let plan = self.picture_plan(course, rung)?.plan;
+            self.add_round(&plan, frame, |executor| executor.prepare(&plan))?;
         }
         Ok(())
     }
 
-    fn add_round(&mut self, plan: &Plan, frame: &mut FrameTime) -> Result<(), Problem> {
-        let round_ms = self.ask(|executor| {
-            executor.prepare(plan)?;
+    /// Another round of a plan, which `start` prepares.
+    pub(super) fn add_round<E: Display + From<ExecuteError>>(
+        &mut self,
+        plan: &Plan,
+        frame: &mut FrameTime,
+        start: impl FnOnce(&mut dyn Executor) -> Result<(), E>,
+    ) -> Result<(), Problem> {
+        let round_ms = self.ask(|executor| -> Result<f64, E> {
+            start(executor)?;
             WarmFrames::warm_up(plan, executor, 1)?;
-            WarmFrames::with_batch(plan, frame.batch)?.round_ms(executor)
+            Ok(WarmFrames::with_batch(plan, frame.batch)?.round_ms(executor)?)
         })?;
         frame.add(round_ms);
         Ok(())
     }
 
     /// One round of a plan that has run once.
-    fn time(&mut self, plan: &Plan) -> Result<FrameTime, Problem> {
-        self.ask(|executor| {
+    pub(super) fn time(&mut self, plan: &Plan) -> Result<FrameTime, Problem> {
+        self.ask(|executor| -> Result<_, ExecuteError> {
             let warm = WarmFrames::of(plan, executor)?;
             Ok(FrameTime::new(warm.round_ms(executor)?, warm.batch()))
         })
     }
 
     /// Ask the executor; one that fails is started anew, so that one rung does not take the others with it.
-    fn ask<T>(
+    pub(super) fn ask<T, E: Display>(
         &mut self,
-        what: impl FnOnce(&mut dyn Executor) -> Result<T, ExecuteError>,
+        what: impl FnOnce(&mut dyn Executor) -> Result<T, E>,
     ) -> Result<T, Problem> {
         let executor = self.executor.as_deref_mut();
         let executor =

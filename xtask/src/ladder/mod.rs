@@ -1,7 +1,7 @@
 //! `cargo xtask ladder`: the price list of accuracy against time.
 //!
 //! Every rung ([`asm_core::rungs`]) of every scene on every executor, its distance from the oracle ([`truth`]) and the time of its frames
-//! ([`measure`]), in one run; which of them nothing beats ([`front`]), and what halving the error costs.
+//! ([`measure`]), in one run; which of them nothing beats ([`front`]), and what halving the error costs. The same of [`pond`]s.
 
 mod control;
 mod front;
@@ -9,6 +9,7 @@ mod measure;
 mod oracle_version;
 mod page;
 mod plot;
+mod pond;
 mod report;
 mod truth;
 
@@ -24,6 +25,7 @@ use xtask::executor_entry::ExecutorEntry;
 use xtask::executors::{self, Candidate};
 use xtask::kept::Kept;
 use xtask::net_error::Net;
+use xtask::ponds::{PRICED_PONDS, PondSubject, is_pond, named_ponds};
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
@@ -38,16 +40,16 @@ use report::{Ladder, SceneEntry};
 /// ladder.json, ladder.csv and ladder.svg.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// A bundled scene, `bunny-glass` or a glTF file; all of them by default. May be repeated, or take several.
+    /// A bundled scene, `bunny-glass`, a glTF file, or `pond`; all of them by default. May be repeated, or take several.
     #[arg(long = "scene", value_name = "SCENE", num_args = 1..)]
     scenes: Vec<String>,
     /// An executor: cpu, wgpu or vulkan; all of them by default. May be repeated, or take several.
     #[arg(long = "executor", value_name = "ID", num_args = 1..)]
     executors: Vec<String>,
-    /// A method; all of them by default. May be repeated, or take several.
+    /// A method of scenes or of ponds; all of them by default. May be repeated, or take several.
     #[arg(long = "method", value_name = "METHOD", num_args = 1..)]
     methods: Vec<String>,
-    /// Fewer and smaller rungs, maps of 128 x 128, less oracle, and three scenes unless others are named.
+    /// Fewer and smaller rungs, maps of 128 x 128, less oracle, and three scenes and one pond unless others are named.
     #[arg(long)]
     quick: bool,
     /// Photons of the oracle per scene.
@@ -79,6 +81,8 @@ fn is_quick(rung: &Rung) -> bool {
 struct Effort {
     /// Texels across and down a receiver.
     receiver_size: [u32; 2],
+    /// Samples of a pond along each side.
+    pond_samples: usize,
     /// Pixels across and down a camera picture.
     picture_size: [u32; 2],
     /// The oracle's, for both halves of a bake.
@@ -97,6 +101,7 @@ impl Effort {
         let photons = args.photons.unwrap_or(if full { 1 << 25 } else { 1 << 21 });
         Self {
             receiver_size: if full { [256, 256] } else { [128, 128] },
+            pond_samples: if full { 128 } else { 64 },
             picture_size: if full { [320, 180] } else { [160, 90] },
             oracle: args.noise.map_or(Photons::Photons(photons), Photons::noise),
             oracle_samples: if full { 16 } else { 4 },
@@ -111,7 +116,7 @@ impl Effort {
 /// # Errors
 /// An unwritable folder. Unknown names are an exit code, and what goes wrong on the way is the price list's.
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
-    let Named { subjects, candidates, rungs } = match named(args) {
+    let Named { subjects, candidates, rungs, ponds, pond_rungs } = match named(args) {
         Ok(named) => named,
         Err(error) => {
             eprintln!("error: {error:#}");
@@ -128,12 +133,21 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     let program = oracle_version::oracle_version(&paths::workspace_root())?;
     let mut ladder = Ladder::new(Effort::of(args), args.sabotage);
     let kept = Kept::in_folder(paths::target().join("ladder/oracle"));
+    let count = subjects.len() + ponds.len();
     for (i, subject) in subjects.iter().enumerate() {
-        eprintln!("[{}/{}] {}", i + 1, subjects.len(), subject.name);
+        eprintln!("[{}/{count}] {}", i + 1, subject.name);
         match truth::of(subject, &ladder.effort, &kept, &program) {
             Ok(truth) => ladder.climb(subject, &truth, &rungs, &mut climbers),
             Err(error) => ladder.scenes.push(SceneEntry::without_truth(subject, format!("{error:#}"))),
         }
+    }
+    if !ponds.is_empty() {
+        let mut pairs = pond::Pair::of(&mut climbers, &missing);
+        for (i, subject) in ponds.iter().enumerate() {
+            eprintln!("[{}/{count}] {}", subjects.len() + i + 1, subject.name);
+            ladder.climb_pond(subject, ladder.effort.pond_samples, &pond_rungs, &mut pairs);
+        }
+        pairs.into_iter().for_each(pond::Pair::settle);
     }
     ladder.executors = climbers.into_iter().map(|climber| climber.entry).collect();
     ladder.seconds = start.elapsed().as_secs_f64();
@@ -145,33 +159,46 @@ struct Named {
     subjects: Vec<Subject>,
     candidates: Vec<&'static Candidate>,
     rungs: Vec<Rung>,
+    ponds: Vec<&'static PondSubject>,
+    pond_rungs: Vec<pond::Rung>,
 }
 
 fn named(args: &Args) -> Result<Named> {
+    check_methods(&args.methods)?;
     let names: Vec<&str> = match (args.scenes.as_slice(), args.quick) {
         ([], false) => Subject::names().collect(),
         ([], true) => QUICK_SCENES.to_vec(),
-        (named, _) => named.iter().map(String::as_str).collect(),
+        (named, _) => named.iter().map(String::as_str).filter(|name| !is_pond(&PRICED_PONDS, name)).collect(),
     };
     let candidates = executors::named(&args.executors)?;
     let root = paths::workspace_root();
     let open = |name| Subject::open(name, &root).with_context(|| format!("--scene {name}"));
-    let subjects: Vec<_> = names.into_iter().map(open).collect::<Result<_>>()?;
-    if subjects.is_empty() {
-        bail!("--scene: there is none");
+    let mut subjects: Vec<_> = names.into_iter().map(open).collect::<Result<_>>()?;
+    let mut ponds = named_ponds(&PRICED_PONDS, &args.scenes, args.quick);
+    let (rungs, pond_rungs) = (rungs(&args.methods, args.quick), pond::rungs(&args.methods, args.quick));
+    // What no method that was named is for.
+    subjects.retain(|_| !rungs.is_empty());
+    ponds.retain(|_| !pond_rungs.is_empty());
+    if subjects.is_empty() && ponds.is_empty() {
+        bail!("--scene, --method: no scene or pond is left that any of these methods is for");
     }
-    Ok(Named { subjects, candidates, rungs: rungs(&args.methods, args.quick)? })
+    Ok(Named { subjects, candidates, rungs, ponds, pond_rungs })
+}
+
+/// Whether scenes or ponds have methods of these names.
+fn check_methods(methods: &[String]) -> Result<()> {
+    let known: Vec<_> = LADDER.iter().map(|axes| axes.method.name()).chain(pond::METHODS).collect();
+    match methods.iter().find(|name| !known.contains(&name.as_str())) {
+        Some(unknown) => bail!("--method {unknown}: no such method; there are {}", known.join(", ")),
+        None => Ok(()),
+    }
 }
 
 /// Those of the methods, or of all.
-fn rungs(methods: &[String], quick: bool) -> Result<Vec<Rung>> {
-    let known: Vec<_> = LADDER.iter().map(|axes| axes.method.name()).collect();
-    if let Some(unknown) = methods.iter().find(|name| !known.contains(&name.as_str())) {
-        bail!("--method {unknown}: no such method; there are {}", known.join(", "));
-    }
+fn rungs(methods: &[String], quick: bool) -> Vec<Rung> {
     let is_wanted = |rung: &Rung| methods.is_empty() || methods.iter().any(|m| m == rung.method.name());
     let wanted = asm_core::rungs().into_iter().filter(is_wanted);
-    Ok(wanted.filter(|rung| !quick || is_quick(rung)).collect())
+    wanted.filter(|rung| !quick || is_quick(rung)).collect()
 }
 
 impl Ladder {
@@ -247,17 +274,17 @@ impl Row {
 fn finish(ladder: &Ladder, args: &Args) -> Result<ExitCode> {
     let page = ladder.write(&args.out)?;
     ladder.executors.iter().map(ExecutorEntry::line).for_each(|line| println!("{line}"));
-    for scene in &ladder.scenes {
-        for sentence in &scene.halving {
-            println!("{}: {sentence}", scene.name);
-        }
+    let scenes = ladder.scenes.iter().map(|scene| (scene.name.as_str(), &scene.halving));
+    let ponds = ladder.ponds.iter().map(|pond| (pond.name, &pond.halving));
+    for (name, halving) in scenes.chain(ponds) {
+        halving.iter().for_each(|sentence| println!("{name}: {sentence}"));
     }
     let failures = ladder.failures(test::runs_in_ci());
     failures.iter().for_each(|failure| println!("failed: {failure}"));
     let controls: &[Control] = &ladder.controls;
     println!(
         "{} rungs, {} refused, {} negative controls, {} failures, {:.0} s; {}",
-        ladder.rows.len(),
+        ladder.rungs(),
         ladder.refused(),
         controls.len(),
         failures.len(),

@@ -10,7 +10,8 @@ use xtask::metrics::Metrics;
 
 use super::front::digits;
 use super::measure::{Outcome, Problem, Row};
-use super::plot;
+use super::plot::{self, Family};
+use super::pond;
 use super::report::{Ladder, SceneEntry};
 use super::truth::Noise;
 
@@ -24,6 +25,12 @@ the first line of each table, is as large as the oracle's own error. ~ marks fig
 Net figures are without it: squares of independent errors add up. ≤ marks those of which noise leaves nothing to see; they count as a \
 quarter of it. Plots, fronts and sentences take the net figures.";
 
+/// How the scenes' plots look.
+pub(super) const FAMILY: Family = Family {
+    methods: &["caustics-map", "acm", "asm", "footprint"],
+    labels: "lines: what nothing beats, with its wavelengths and the side of the light's view",
+};
+
 /// The whole page.
 pub(super) fn page(ladder: &Ladder) -> Result<String> {
     let mut out = page_start("ladder");
@@ -34,7 +41,7 @@ pub(super) fn page(ladder: &Ladder) -> Result<String> {
         format_args!(
             "<p class=\"{}\">{} rungs, {} refused, {} negative controls, {} failures, {:.0} s</p>",
             if failures.is_empty() { "ok" } else { "bad" },
-            ladder.rows.len(),
+            ladder.rungs(),
             ladder.refused(),
             ladder.controls.len(),
             failures.len(),
@@ -50,10 +57,13 @@ pub(super) fn page(ladder: &Ladder) -> Result<String> {
         push(html, format_args!("</ul>"));
     }
     ExecutorEntry::table(html, &ladder.executors);
-    push(html, format_args!("<p class=\"note\">{LEGEND}</p>"));
+    if !ladder.scenes.is_empty() {
+        push(html, format_args!("<p class=\"note\">{LEGEND}</p>"));
+    }
     for entry in &ladder.scenes {
         scene(html, ladder, entry)?;
     }
+    pond::section(html, ladder)?;
     controls(html, ladder);
     Ok(out)
 }
@@ -78,7 +88,7 @@ fn scene(html: &mut String, ladder: &Ladder, entry: &SceneEntry) -> Result<()> {
             noise.standard_error
         ),
     );
-    let svg = plot::svg(&[ladder.delta_e_plot(&entry.name), ladder.rms_plot(&entry.name)], 2)?;
+    let svg = plot::svg(&[ladder.delta_e_plot(&entry.name), ladder.rms_plot(&entry.name)], 2, &FAMILY)?;
     push(html, format_args!("{svg}"));
     push(
         html,
@@ -216,7 +226,7 @@ fn controls(html: &mut String, ladder: &Ladder) {
     push(html, format_args!("</ul></details></html>"));
 }
 
-fn capital(sentence: &str) -> String {
+pub(super) fn capital(sentence: &str) -> String {
     let mut letters = sentence.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -3,7 +3,6 @@
 use std::ops::Range;
 
 use anyhow::{Result, anyhow};
-use asm_core::{LADDER, Method};
 use plotters::coord::Shift;
 use plotters::coord::combinators::BindKeyPoints;
 use plotters::element::{Drawable, PointCollection};
@@ -26,11 +25,27 @@ pub(super) struct Plot {
 /// A rung on an executor.
 pub(super) struct Point {
     pub(super) price: Price,
-    pub(super) method: Method,
+    /// One of the family's.
+    pub(super) method: &'static str,
     pub(super) executor: &'static str,
     pub(super) on_front: bool,
     /// Beside the marker where it is on the front.
     pub(super) label: String,
+}
+
+/// Plots that share a legend.
+pub(super) struct Family {
+    /// Names of the methods, in the order of their colours.
+    pub(super) methods: &'static [&'static str],
+    /// What lines are, and what their labels say.
+    pub(super) labels: &'static str,
+}
+
+impl Family {
+    fn color(&self, method: &str) -> RGBColor {
+        let place = self.methods.iter().position(|name| *name == method);
+        COLORS[place.unwrap_or_default() % COLORS.len()]
+    }
 }
 
 /// Told apart by people who see colours differently, too (Okabe & Ito).
@@ -62,7 +77,7 @@ const ROOM: f64 = 1.3;
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Plots side by side under one legend, as one SVG.
-pub(super) fn svg(plots: &[Plot], columns: usize) -> Result<String> {
+pub(super) fn svg(plots: &[Plot], columns: usize, family: &Family) -> Result<String> {
     let columns = columns.clamp(1, plots.len().max(1));
     let rows = plots.len().div_ceil(columns).max(1);
     let mut text = String::new();
@@ -70,9 +85,9 @@ pub(super) fn svg(plots: &[Plot], columns: usize) -> Result<String> {
     {
         let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
         let (top, rest) = root.split_vertically(LEGEND);
-        legend(&top, plots)?;
+        legend(&top, plots, family)?;
         for (area, plot) in rest.split_evenly((rows, columns)).iter().zip(plots) {
-            draw(area, plot)?;
+            draw(area, plot, family)?;
         }
         root.present().map_err(undrawable)?;
     }
@@ -88,7 +103,7 @@ fn font(size: u32) -> TextStyle<'static> {
 }
 
 /// Methods and executors that the plots have.
-fn legend(area: &Area<'_>, plots: &[Plot]) -> Result<()> {
+fn legend(area: &Area<'_>, plots: &[Plot], family: &Family) -> Result<()> {
     let points = || plots.iter().flat_map(|plot| &plot.points);
     let mut x = 14;
     let middle = LEGEND as i32 / 2;
@@ -102,18 +117,18 @@ fn legend(area: &Area<'_>, plots: &[Plot]) -> Result<()> {
         x += 34 + 7 * text.chars().count() as i32;
         Ok::<_, anyhow::Error>(())
     };
-    for axes in LADDER.iter().filter(|axes| points().any(|p| p.method == axes.method)) {
-        entry(Some((color(axes.method), EXECUTORS[0])), axes.method.name())?;
+    for method in family.methods.iter().filter(|method| points().any(|p| p.method == **method)) {
+        entry(Some((family.color(method), EXECUTORS[0])), method)?;
     }
     for executor in EXECUTORS {
         if points().any(|p| p.executor == executor) {
             entry(Some((GREY, executor)), executor)?;
         }
     }
-    entry(None, "lines: what nothing beats, with its wavelengths and the side of the light's view")
+    entry(None, family.labels)
 }
 
-fn draw(area: &Area<'_>, plot: &Plot) -> Result<()> {
+fn draw(area: &Area<'_>, plot: &Plot, family: &Family) -> Result<()> {
     let prices = || plot.points.iter().map(|point| point.price);
     let (Some(x), Some(y)) = (extent(prices().map(|p| p.ms)), extent(prices().map(|p| p.error))) else {
         let style = font(13);
@@ -152,7 +167,7 @@ fn draw(area: &Area<'_>, plot: &Plot) -> Result<()> {
     }
     let markers = plot.points.iter().map(|point| {
         let (radius, opacity) = if point.on_front { (5, 1.0) } else { (3, 0.5) };
-        let style = color(point.method).mix(opacity).filled();
+        let style = family.color(point.method).mix(opacity).filled();
         Marker { place: (point.price.ms, point.price.error), executor: point.executor, radius, style }
     });
     chart.draw_series(markers).map_err(undrawable)?;
@@ -161,7 +176,7 @@ fn draw(area: &Area<'_>, plot: &Plot) -> Result<()> {
     let labels = plot.points.iter().filter(|p| p.on_front && Some(p.executor) == named).map(|point| {
         let place = (point.price.ms, point.price.error);
         let mut style = font(10).pos(Pos::new(HPos::Left, VPos::Bottom));
-        style.color = color(point.method).to_backend_color();
+        style.color = family.color(point.method).to_backend_color();
         EmptyElement::at(place) + Text::new(point.label.clone(), (6, -3), style)
     });
     chart.draw_series(labels).map_err(undrawable)?;
@@ -209,11 +224,6 @@ impl<C, B: DrawingBackend> Drawable<B> for Marker<C> {
     }
 }
 
-fn color(method: Method) -> RGBColor {
-    let place = LADDER.iter().position(|axes| axes.method == method);
-    COLORS[place.unwrap_or_default() % COLORS.len()]
-}
-
 /// From below the least to above the largest; none of nothing.
 fn extent(values: impl Iterator<Item = f64>) -> Option<Range<f64>> {
     // What is 0 has no place on a logarithmic axis.
@@ -247,8 +257,10 @@ fn label(value: f64) -> String {
 mod tests {
     use super::*;
 
+    const FAMILY: Family = Family { methods: &["asm"], labels: "lines: what nothing beats" };
+
     fn point(ms: f64, error: f64, executor: &'static str, on_front: bool) -> Point {
-        Point { price: Price { ms, error }, method: Method::Asm, executor, on_front, label: "3, 128".into() }
+        Point { price: Price { ms, error }, method: "asm", executor, on_front, label: "3, 128".into() }
     }
 
     #[test]
@@ -256,7 +268,7 @@ mod tests {
         let points =
             vec![point(1.0, 4.0, "cpu", true), point(8.0, 0.5, "cpu", true), point(9.0, 0.7, "wgpu", false)];
         let plot = Plot { title: "sphere".into(), error: "ΔE", points };
-        let svg = svg(&[plot], 1).expect("drawn");
+        let svg = svg(&[plot], 1, &FAMILY).expect("drawn");
         // One more in the legend.
         assert_eq!(svg.matches("<circle").count(), 2 + 2, "{svg}");
         // The front's rungs have names, on the first executor.
@@ -268,7 +280,7 @@ mod tests {
     #[test]
     fn nothing_and_one_point_can_be_drawn() {
         let plot = |points| Plot { title: "gem".into(), error: "ΔE", points };
-        let svg = svg(&[plot(vec![]), plot(vec![point(2.0, 2.0, "cpu", true)])], 2).expect("drawn");
+        let svg = svg(&[plot(vec![]), plot(vec![point(2.0, 2.0, "cpu", true)])], 2, &FAMILY).expect("drawn");
         assert!(svg.contains("gem: no prices") && !svg.contains("NaN"), "{svg}");
     }
 

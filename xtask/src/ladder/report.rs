@@ -14,7 +14,7 @@ use super::control::Control;
 use super::front::{Halving, Price};
 use super::measure::{Problem, Row};
 use super::truth::{Noise, Truth};
-use super::{Effort, page, plot};
+use super::{Effort, page, plot, pond};
 
 /// Everything that one run measured.
 #[derive(Serialize)]
@@ -29,6 +29,10 @@ pub(super) struct Ladder {
     pub(super) scenes: Vec<SceneEntry>,
     /// The price list.
     pub(super) rows: Vec<Row>,
+    /// What each pond's rungs are held against.
+    pub(super) ponds: Vec<pond::Entry>,
+    /// Their price list.
+    pub(super) pond_rows: Vec<pond::Row>,
     /// Texels across and down of every receiver.
     receiver_size: [u32; 2],
     /// Pixels across and down of every picture.
@@ -87,6 +91,8 @@ impl Ladder {
             controls: Vec::new(),
             scenes: Vec::new(),
             rows: Vec::new(),
+            ponds: Vec::new(),
+            pond_rows: Vec::new(),
             receiver_size: effort.receiver_size,
             picture_size: effort.picture_size,
             seconds: 0.0,
@@ -94,9 +100,16 @@ impl Ladder {
         }
     }
 
+    /// Rungs of scenes and ponds, on all executors.
+    pub(super) fn rungs(&self) -> usize {
+        self.rows.len() + self.pond_rows.len()
+    }
+
     /// Rungs that a device or a method cannot do.
     pub(super) fn refused(&self) -> usize {
-        self.rows.iter().filter(|row| matches!(row.problem, Some(Problem::Refused(_)))).count()
+        let problems = self.rows.iter().map(|row| &row.problem);
+        let of_ponds = self.pond_rows.iter().map(|row| &row.problem);
+        problems.chain(of_ponds).filter(|problem| matches!(problem, Some(Problem::Refused(_)))).count()
     }
 
     /// What a person should be told went wrong, one line each; empty if all is well.
@@ -111,11 +124,17 @@ impl Ladder {
             let problem = row.problem.as_ref().filter(|problem| problem.is_failure() && !row.spoiled)?;
             Some(format!("{} {} {}: {}", row.scene, row.executor, row.rung, problem.text()))
         });
+        let ponds = self.ponds.iter().filter_map(|p| Some(format!("{}: {}", p.name, p.problem.as_ref()?)));
+        let pond_rows = self.pond_rows.iter().filter_map(|row| {
+            let problem = row.problem.as_ref().filter(|problem| problem.is_failure() && !row.spoiled)?;
+            Some(format!("{} {} {}: {}", row.pond, row.executor, row.rung, problem.text()))
+        });
         let unnoticed = self.controls.iter().filter(|c| !c.failed).map(|c| {
             format!("control `{}` should be farther from the oracle and is not: {}", c.name, c.found)
         });
-        let nothing = self.rows.is_empty().then(|| "no rung was measured".to_owned());
-        executors.chain(scenes).chain(rows).chain(unnoticed).chain(nothing).chain(self.sabotaged()).collect()
+        let nothing = (self.rungs() == 0).then(|| "no rung was measured".to_owned());
+        let prices = scenes.chain(rows).chain(ponds).chain(pond_rows);
+        executors.chain(prices).chain(unnoticed).chain(nothing).chain(self.sabotaged()).collect()
     }
 
     /// Sabotage is a failure, noticed or not.
@@ -155,22 +174,24 @@ impl Ladder {
         on_front: impl Fn(&Row) -> bool,
     ) -> plot::Plot {
         let point = |row: &Row| {
-            let (method, executor) = (row.rung.method, row.executor);
+            let (method, executor) = (row.rung.method.name(), row.executor);
             let label = format!("{}, {}", row.rung.wavelengths, row.rung.emission_size);
             Some(plot::Point { price: price(row)?, method, executor, on_front: on_front(row), label })
         };
         plot::Plot { title: scene.to_owned(), error, points: self.rows_of(scene).filter_map(point).collect() }
     }
 
-    /// Write all four into `folder`, which exists; returns the page's path.
+    /// Write all of it into `folder`, which exists; returns the page's path.
     pub(super) fn write(&self, folder: &Path) -> Result<PathBuf> {
         let plots: Vec<_> = self.scenes.iter().map(|scene| self.delta_e_plot(&scene.name)).collect();
-        let svg = plot::svg(&plots, 3)?;
+        let svg = plot::svg(&plots, 3, &page::FAMILY)?;
+        let pond_plots: Vec<_> = self.ponds.iter().map(|pond| self.pond_plot(pond.name)).collect();
         let files = [
             ("ladder.json", serde_json::to_string_pretty(self)?),
             ("ladder.csv", self.csv()?),
             ("ladder.html", page::page(self)?),
             ("ladder.svg", svg),
+            ("ladder-pond.svg", plot::svg(&pond_plots, 3, &pond::FAMILY)?),
         ];
         for (name, text) in &files {
             whole_file::write(&folder.join(name), text.as_bytes())?;
@@ -183,22 +204,25 @@ impl Ladder {
         for row in &self.rows {
             writer.serialize(CsvRow::of(row))?;
         }
+        for row in &self.pond_rows {
+            writer.serialize(CsvRow::of_pond(row))?;
+        }
         String::from_utf8(writer.into_inner()?).context("text")
     }
 }
 
-/// A row without anything nested.
-#[derive(Serialize)]
+/// A row without anything nested; the last columns are the pond's.
+#[derive(Default, Serialize)]
 struct CsvRow<'a> {
     scene: &'a str,
     executor: &'a str,
     method: &'a str,
-    wavelengths: u32,
-    emission_size: u32,
-    emission: String,
-    refraction: Refraction,
-    gap_filling: GapFilling,
-    map_size: u32,
+    wavelengths: Option<u32>,
+    emission_size: Option<u32>,
+    emission: Option<String>,
+    refraction: Option<Refraction>,
+    gap_filling: Option<GapFilling>,
+    map_size: Option<u32>,
     ms: Option<f64>,
     ms_fastest: Option<f64>,
     ms_slowest: Option<f64>,
@@ -219,6 +243,11 @@ struct CsvRow<'a> {
     on_rms_front: bool,
     spoiled: bool,
     problem: &'a str,
+    samples: Option<usize>,
+    kernel_samples: Option<usize>,
+    target_error: Option<f64>,
+    terms: Option<usize>,
+    plan_ms: Option<f64>,
 }
 
 impl<'a> CsvRow<'a> {
@@ -228,12 +257,12 @@ impl<'a> CsvRow<'a> {
             scene: &row.scene,
             executor: row.executor,
             method: row.rung.method.name(),
-            wavelengths: row.rung.wavelengths,
-            emission_size: row.rung.emission_size,
-            emission: row.rung.emission_word(),
-            refraction: row.rung.refraction,
-            gap_filling: row.rung.gap_filling,
-            map_size: row.rung.map_size,
+            wavelengths: Some(row.rung.wavelengths),
+            emission_size: Some(row.rung.emission_size),
+            emission: Some(row.rung.emission_word()),
+            refraction: Some(row.rung.refraction),
+            gap_filling: Some(row.rung.gap_filling),
+            map_size: Some(row.rung.map_size),
             ms: outcome.map(|o| o.frame.ms),
             ms_fastest: outcome.map(|o| o.frame.range_ms[0]),
             ms_slowest: outcome.map(|o| o.frame.range_ms[1]),
@@ -254,6 +283,37 @@ impl<'a> CsvRow<'a> {
             on_rms_front: row.on_rms_front,
             spoiled: row.spoiled,
             problem: row.problem.as_ref().map_or("", Problem::text),
+            ..Self::default()
+        }
+    }
+
+    /// Of a pond; its RMS has no noise to be taken off.
+    fn of_pond(row: &'a pond::Row) -> Self {
+        let outcome = row.outcome.as_ref();
+        let (kernel_samples, target_error, emission_size) = match row.rung {
+            pond::Rung::Convolution { kernel_samples } => (kernel_samples, None, None),
+            pond::Rung::LowRank { target_error } => (None, Some(target_error), None),
+            pond::Rung::Photon { emission_size } => (None, None, Some(emission_size)),
+        };
+        Self {
+            scene: row.pond,
+            executor: row.executor,
+            method: row.rung.method(),
+            emission_size,
+            ms: outcome.map(|o| o.frame.ms),
+            ms_fastest: outcome.map(|o| o.frame.range_ms[0]),
+            ms_slowest: outcome.map(|o| o.frame.range_ms[1]),
+            rms: outcome.map(|o| o.error.rms),
+            total_y: outcome.map(|o| o.error.total_y),
+            on_rms_front: row.on_front,
+            spoiled: row.spoiled,
+            problem: row.problem.as_ref().map_or("", Problem::text),
+            samples: Some(row.samples),
+            kernel_samples,
+            target_error,
+            terms: row.terms,
+            plan_ms: Some(row.make_ms),
+            ..Self::default()
         }
     }
 }
