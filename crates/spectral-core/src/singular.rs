@@ -7,7 +7,7 @@
 
 use alloc::vec::Vec;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 use num_traits::Float;
 
 /// Pivots below this share of the first are rounding.
@@ -63,6 +63,16 @@ impl SingularValues {
 
     fn none(rows: usize, columns: usize) -> Self {
         Self { values: Vec::new(), left: DMatrix::zeros(rows, 0), right: DMatrix::zeros(columns, 0) }
+    }
+
+    /// The shortest of those x that leave the least |M x - b|.
+    ///
+    /// # Panics
+    /// If b has not as many entries as M has rows.
+    pub fn least_squares(&self, b: &DVector<f64>) -> DVector<f64> {
+        let mut shares = self.left.tr_mul(b);
+        shares.iter_mut().zip(&self.values).for_each(|(share, value)| *share /= value);
+        &self.right * shares
     }
 
     /// How many values exceed `share` of the largest.
@@ -136,6 +146,16 @@ mod tests {
         let matrix = DMatrix::from_row_slice(3, 3, &[1.0, 2.0, 2.0, 2.0, -1.0, -1.0, 2.0, 1.0, -1.0]);
         let squares: f64 = check(&matrix).values.iter().map(|v| v * v).sum();
         assert!((squares - 21.0).abs() < 1e-13, "{squares}");
+    }
+
+    /// The normal equations hold, and where columns repeat the shares are equal.
+    #[test]
+    fn least_squares_are_least_and_short() {
+        let matrix = DMatrix::from_fn(9, 3, |i, j| if j == 2 { i as f64 } else { 1.0 });
+        let b = DVector::from_fn(9, |i, _| 2.0 + 3.0 * i as f64 + if i % 2 == 0 { 0.1 } else { -0.1 });
+        let x = SingularValues::of(&matrix).least_squares(&b);
+        assert!(matrix.tr_mul(&(&matrix * &x - &b)).norm() < 1e-11, "{x}");
+        assert!((x[0] - x[1]).abs() < 1e-13 && (x[0] - 1.0).abs() < 0.1 && (x[2] - 3.0).abs() < 0.1, "{x}");
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use spectral_core::singular::SingularValues;
 
 use super::state::{State, StateBox, chebyshev_weights, direction, is_same};
 use super::table::{Table, node_shares, table_size};
@@ -56,15 +57,12 @@ impl Basis {
         let rows = DMatrix::from_fn(coarse.len(), sample.len(), |o, s| value(sample[s], coarse[o]));
         // The left factor is not needed: with K^T = Q R only R's decomposition is.
         let triangle = if coarse.len() > sample.len() { rows.qr().r() } else { rows };
-        let svd = triangle.svd(false, true);
-        let largest = svd.singular_values.max();
-        let real = svd.singular_values.iter().filter(|&&s| s > RANK_TOLERANCE * largest).count();
-        let terms = real.clamp(1, max_terms.max(1));
-        let v_t = svd.v_t.expect("asked for above");
-        // v_r = sum over states of K(s, .) V_sr / sigma_r, orthonormal on the coarse offsets.
-        let mix = DMatrix::from_fn(sample.len(), terms, |s, r| match svd.singular_values[r] {
-            sigma if sigma > 0.0 => v_t[(r, s)] / sigma,
-            _ => 0.0,
+        let svd = SingularValues::of(&triangle);
+        let terms = svd.rank(RANK_TOLERANCE).clamp(1, max_terms.max(1));
+        // v_r = sum over states of K(s, .) V_sr / sigma_r, orthonormal on the coarse offsets; nothing of a lobe that is nowhere.
+        let mix = DMatrix::from_fn(sample.len(), terms, |s, r| match svd.values.get(r) {
+            Some(sigma) => svd.right[(s, r)] / sigma,
+            None => 0.0,
         });
         let kernel_at = |offset: [i64; 2], kernel: &mut [f64]| {
             for (s, state) in sample.iter().enumerate() {

@@ -1,7 +1,6 @@
 //! The pond as a scene: its surface as a mesh of water, its floor as a receiver, its light as a sun.
 
 use glam::{DMat4, DVec3};
-use nalgebra::{DMatrix, DVector};
 use spectral_core::dispersion::Dispersion;
 use spectral_core::glass;
 use spectral_scene::{Light, LightShape, Material, Mesh, Object, Scene};
@@ -171,23 +170,10 @@ pub fn water_dispersion(pond: &Pond) -> Result<Dispersion, PondError> {
     let Dispersion::Sellmeier { terms } = glass::by_name("water").expect("water is in the catalogue") else {
         return Err(PondError::Photon { what: "water without Sellmeier's formula" });
     };
-    let poles: Vec<f64> = std::iter::once(0.0).chain(terms.iter().map(|[_, c_um2]| *c_um2)).collect();
-    let lambda_um2 = |nm: u32| (f64::from(nm) * 1e-3).powi(2);
-    let indices = VISIBLE_NM
-        .map(|nm| Ok(ior_below_at(pond, f64::from(nm))? / pond.ior_above))
-        .collect::<Result<Vec<_>, PondError>>()?;
-    let rows: Vec<u32> = VISIBLE_NM.collect();
-    let basis = DMatrix::from_fn(rows.len(), poles.len(), |row, pole| {
-        let l = lambda_um2(rows[row]);
-        l / (l - poles[pole])
-    });
-    let wanted = DVector::from_iterator(indices.len(), indices.iter().map(|n| n * n - 1.0));
-    let weights = basis
-        .svd(true, true)
-        .solve(&wanted, 1e-13)
-        .map_err(|_| PondError::Photon { what: "water of this index" })?;
-    let terms: Vec<[f64; 2]> = weights.iter().zip(poles).map(|(&b, c_um2)| [b, c_um2]).collect();
-    Dispersion::sellmeier(terms).map_err(|_| PondError::Photon {
+    let poles_um2: Vec<f64> = std::iter::once(0.0).chain(terms.iter().map(|[_, c_um2]| *c_um2)).collect();
+    let index = |nm: f64| Ok((nm, ior_below_at(pond, nm)? / pond.ior_above));
+    let indices = VISIBLE_NM.map(|nm| index(f64::from(nm))).collect::<Result<Vec<_>, PondError>>()?;
+    Dispersion::sellmeier_with_poles(&poles_um2, &indices).map_err(|_| PondError::Photon {
         what: "light that goes from the dense to the thin side; take another method",
     })
 }

@@ -3,9 +3,11 @@
 use alloc::vec;
 use alloc::vec::Vec;
 
+use nalgebra::{DMatrix, DVector};
 use num_traits::Float;
 
 use super::{Dispersion, DispersionError, inverse_square_um2, visible_nm};
+use crate::singular::SingularValues;
 
 /// A fitted formula and how far its index is from the original's.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +90,25 @@ impl Dispersion {
         let intercept = (wwy * wwuu - wwuy * wwu) / determinant;
         let slope = (wwuy * ww - wwy * wwu) / determinant;
         self.residual_of(Self::Sellmeier { terms: vec![[1.0 / intercept, -slope / intercept]] })
+    }
+
+    /// The Sellmeier formula with these poles, um^2, that is closest to pairs of a wavelength in nm and an index, in the least-squares sense.
+    /// A pole at 0 is a constant.
+    ///
+    /// n^2 - 1 is linear in the unknowns; pairs are weighted by dn / d(n^2 - 1), so residuals count in n.
+    ///
+    /// # Errors
+    /// As [`Dispersion::validate`].
+    pub fn sellmeier_with_poles(poles_um2: &[f64], indices: &[(f64, f64)]) -> Result<Self, DispersionError> {
+        let rows = DMatrix::from_fn(indices.len(), poles_um2.len(), |row, term| {
+            let (nm, n) = indices[row];
+            1.0 / (2.0 * n * (1.0 - poles_um2[term] * inverse_square_um2(nm)))
+        });
+        let wanted = indices.iter().map(|&(_, n)| (n - 1.0) * (n + 1.0) / (2.0 * n));
+        let wanted = DVector::from_iterator(indices.len(), wanted);
+        let weights = SingularValues::of(&rows).least_squares(&wanted);
+        let terms: Vec<[f64; 2]> = weights.iter().zip(poles_um2).map(|(&b, &c_um2)| [b, c_um2]).collect();
+        Self::sellmeier(terms)
     }
 
     /// The medium that glTF can state, [`Dispersion::from_khr`] of this one's n_d and 20 / V_d.
@@ -177,6 +198,20 @@ mod tests {
         for fit in [constant.fit_cauchy(CauchyTerms::Three), constant.fit_sellmeier(), constant.fit_khr()] {
             assert!(fit.unwrap().max_residual < 1e-14);
         }
+    }
+
+    #[test]
+    fn known_poles_give_their_own_formula_back() {
+        let Dispersion::Sellmeier { terms } = bk7() else { panic!("a catalogue glass") };
+        let poles: Vec<f64> = terms.iter().map(|[_, c_um2]| *c_um2).collect();
+        let indices: Vec<(f64, f64)> = visible_nm().map(|nm| (nm, bk7().ior(nm))).collect();
+        let same = Dispersion::sellmeier_with_poles(&poles, &indices).unwrap();
+        // A part of the poles, and a constant: not the same, and near.
+        let other = Dispersion::sellmeier_with_poles(&[0.0, poles[0]], &indices).unwrap();
+        let worst =
+            |fit: &Dispersion| visible_nm().map(|nm| (fit.ior(nm) - bk7().ior(nm)).abs()).fold(0.0, f64::max);
+        assert!(worst(&same) < 1e-12, "{:e}", worst(&same));
+        assert!((1e-6..1e-2).contains(&worst(&other)), "{:e}", worst(&other));
     }
 
     #[test]
