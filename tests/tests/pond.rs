@@ -232,13 +232,6 @@ fn crests_throw_shadows() {
 /// Impulses anywhere and at any time, and thousands of them, make the heights that they make in f64.
 #[test]
 fn impulses_are_the_same_waves_on_every_executor() {
-    let ripple = Ripple {
-        front_m_s: 0.5,
-        alpha_per_s: 0.4,
-        beta_per_m: 3.0,
-        wave_number_rad_m: 60.0,
-        frequency_rad_s: 30.0,
-    };
     let impulse =
         |x: f64, y: f64, start_s: f64, amplitude_m: f64| Impulse { position_m: [x, y], start_s, amplitude_m };
     let thousands: Vec<Impulse> = (0..3000)
@@ -265,14 +258,14 @@ fn impulses_are_the_same_waves_on_every_executor() {
             }
             let four = WallImages::Four;
             let surface = match levels {
-                None => impulse_heights(size, [1.0, 1.0], &ripple, impulses, four, time_s),
+                None => impulse_heights(size, [1.0, 1.0], &Ripple::PEBBLE, impulses, four, time_s),
                 Some(levels) => {
                     let table = DistanceTable::new(size, [1.0, 1.0], levels).unwrap();
-                    heights_by_table(&table, &ripple, impulses, four, time_s)
+                    heights_by_table(&table, &Ripple::PEBBLE, impulses, four, time_s)
                 }
             };
             let expected = method.floor(&surface.unwrap()).unwrap();
-            for (id, frame) in on_all(name, &plan, &Inputs::Impulses(&ripple, impulses, time_s)) {
+            for (id, frame) in on_all(name, &plan, &Inputs::Impulses(&Ripple::PEBBLE, impulses, time_s)) {
                 let error = relative_rms(&frame.light.irradiance, &expected.irradiance);
                 // Tables of Gamma and T err by themselves.
                 let bound = if levels.is_some() { 1e-3 } else { 1e-4 };
@@ -316,13 +309,6 @@ fn the_picture_is_the_floor_in_white() {
 /// Pebbles fall, the sun moves: after the second frame nothing is made, and each frame is that of its own time.
 #[test]
 fn moving_frames_make_nothing() {
-    let ripple = Ripple {
-        front_m_s: 0.5,
-        alpha_per_s: 0.4,
-        beta_per_m: 3.0,
-        wave_number_rad_m: 60.0,
-        frequency_rad_s: 30.0,
-    };
     let (size, pond) = ([40, 32], pond(0.0, 30.0));
     let heights = HeightSource::Impulses { capacity: 64, distance_levels: None };
     let settings = PlanSettings { heights, refraction_entries: Some(256), ..PlanSettings::default() };
@@ -337,7 +323,7 @@ fn moving_frames_make_nothing() {
         let sun = Pond { light_direction: light_tilted_deg(f64::from(frame)), ..pond.clone() };
         plan.write_light(executor, &sun).unwrap();
         let time_s = 0.3 + 0.1 * f64::from(frame);
-        plan.write_impulses(executor, &ripple, &pebbles, WallImages::Four, time_s).unwrap();
+        plan.write_impulses(executor, &Ripple::PEBBLE, &pebbles, WallImages::Four, time_s).unwrap();
         executor.execute().unwrap();
     };
     for (id, mut executor) in pond_executors() {

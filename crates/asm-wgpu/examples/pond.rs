@@ -20,16 +20,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let mut executor = WgpuExecutor::new(PASSES, &WgpuOptions { adapter: std::env::args().nth(1) })?;
     println!("{}", executor.info());
 
-    let ripple = Ripple {
-        front_m_s: 0.5,
-        alpha_per_s: 0.4,
-        beta_per_m: 3.0,
-        wave_number_rad_m: 60.0,
-        frequency_rad_s: 30.0,
-    };
     let pebble = |x, y, start_s| Impulse { position_m: [x, y], start_s, amplitude_m: 0.002 };
     let pebbles = [pebble(0.3, 0.4, 0.0), pebble(0.8, 0.7, 0.7)];
-    let heights = |time_s| impulse_heights(SIZE, EXTENT_M, &ripple, &pebbles, WallImages::Four, time_s);
+    let heights =
+        |time_s| impulse_heights(SIZE, EXTENT_M, &Ripple::PEBBLE, &pebbles, WallImages::Four, time_s);
 
     // The terms are made once, for waves like those of some moments and light from 30 degrees.
     let pond = Pond { light_direction: light_tilted_deg(30.0), ..Pond::default() };
@@ -42,7 +36,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     executor.prepare(&plan.plan)?;
     for frame in 0..FRAMES {
         let time_s = 2.0 * f64::from(frame) / f64::from(FRAMES);
-        plan.write_impulses(&mut executor, &ripple, &pebbles, WallImages::Four, time_s)?;
+        plan.write_impulses(&mut executor, &Ripple::PEBBLE, &pebbles, WallImages::Four, time_s)?;
         executor.execute()?;
     }
     let last = plan.read(&mut executor)?;

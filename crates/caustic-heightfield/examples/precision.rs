@@ -3,15 +3,21 @@
 //!
 //! `cargo run --release -p caustic-heightfield --example precision -- docs/src/pictures/pond-precision.svg`
 
+#[path = "../tests/papers_experiment/mod.rs"]
+mod papers_experiment;
+
 use std::error::Error;
 use std::time::Instant;
 
 use caustic_heightfield::adjusted::{Fixed, Float, Format};
 use caustic_heightfield::{
-    Accumulation, Convolution, ConvolutionSettings, Form, HeightField, Impulse, Normals, Pond, PondError,
-    Ripple, SixPassSettings, SixPasses, WallImages, impulse_heights, relative_rms,
+    Accumulation, Convolution, ConvolutionSettings, HeightField, Pond, PondError, SixPassSettings, SixPasses,
+    relative_rms,
 };
 use half::f16;
+use papers_experiment::{papers_pond, pebbles};
+use plotters::coord::Shift;
+use plotters::coord::ranged1d::{AsRangedCoord, ValueFormatter};
 use plotters::prelude::*;
 
 const SIZE: [usize; 2] = [128, 128];
@@ -103,19 +109,9 @@ fn print_row(name: &str, prices: &[Price]) {
 }
 
 impl Subject {
-    /// Three pebbles and their reflections, Eq. 2 and the paper's normals, light from straight above.
+    /// That of the paper's experiment with another lobe.
     fn new(scattering: f64) -> Result<Self, PondError> {
-        let ripple = Ripple {
-            front_m_s: 0.5,
-            alpha_per_s: 0.4,
-            beta_per_m: 3.0,
-            wave_number_rad_m: 60.0,
-            frequency_rad_s: 30.0,
-        };
-        let pebble = |x, y, start_s| Impulse { position_m: [x, y], start_s, amplitude_m: 0.004 };
-        let pebbles = [pebble(0.3, 0.4, 0.0), pebble(0.7, 0.2, 0.3), pebble(0.6, 0.8, 0.5)];
-        let surface = impulse_heights(SIZE, [1.0, 1.0], &ripple, &pebbles, WallImages::Four, 1.5)?;
-        let pond = Pond { form: Form::Paper, normals: Normals::OneSided, scattering, ..Pond::default() };
+        let (surface, pond) = (pebbles(SIZE), Pond { scattering, ..papers_pond() });
         let settings = ConvolutionSettings { kernel_samples: KERNEL, ..ConvolutionSettings::default() };
         let method = Convolution::<f64>::new(SIZE, surface.extent_m, &pond, settings)?;
         let floor = method.floor(&surface)?.irradiance;
@@ -143,27 +139,7 @@ fn svg(lines: &[Vec<(f64, Price)>], floats: &[(&str, [Price; 2])]) -> Result<Str
     {
         let root = SVGBackend::with_string(&mut text, (920, 360)).into_drawing_area();
         let (left, right) = root.split_horizontally(500);
-        let grey = |size: u32| ("sans-serif", size).into_font().color(&GREY);
-        let errors = (1e-7..2.0_f64).log_scale();
-        let mut of_bits = ChartBuilder::on(&left)
-            .caption("error against bits", grey(15))
-            .margin(8)
-            .x_label_area_size(36)
-            .y_label_area_size(60)
-            .build_cartesian_2d(3.5..16.5_f64, errors.clone())?;
-        of_bits
-            .configure_mesh()
-            .axis_style(GREY)
-            .bold_line_style(GREY.mix(0.3))
-            .light_line_style(TRANSPARENT)
-            .label_style(grey(11))
-            .axis_desc_style(grey(12))
-            .x_desc("bits of the frame buffer")
-            .y_desc("relative RMS error")
-            .x_labels(13)
-            .x_label_formatter(&|bits| format!("{bits:.0}"))
-            .y_label_formatter(&|error| format!("{error:.0e}"))
-            .draw()?;
+        let mut of_bits = chart(&left, "error against bits", "bits of the frame buffer", 3.5..16.5_f64)?;
         for ((line, color), (name, ..)) in lines.iter().zip(COLORS).zip(WAYS) {
             let places = line.iter().map(|(bits, price)| (*bits, price.error));
             of_bits
@@ -188,24 +164,9 @@ fn svg(lines: &[Vec<(f64, Price)>], floats: &[(&str, [Price; 2])]) -> Result<Str
             || lines.iter().flatten().map(|(_, price)| *price).chain(floats.iter().flat_map(|(_, p)| *p));
         let slowest = all().map(|price| price.ms).fold(0.0, f64::max);
         let fastest = all().map(|price| price.ms).fold(f64::INFINITY, f64::min);
-        let mut of_time = ChartBuilder::on(&right)
-            .caption("error against time", grey(15))
-            .margin(8)
-            .x_label_area_size(36)
-            .y_label_area_size(60)
-            .build_cartesian_2d((0.7 * fastest..1.4 * slowest).log_scale(), errors)?;
-        of_time
-            .configure_mesh()
-            .axis_style(GREY)
-            .bold_line_style(GREY.mix(0.3))
-            .light_line_style(TRANSPARENT)
-            .label_style(grey(11))
-            .axis_desc_style(grey(12))
-            .x_desc("milliseconds, 128 x 128, 7 x 7, on a CPU")
-            .y_desc("relative RMS error")
-            .x_label_formatter(&|ms| format!("{ms:.0}"))
-            .y_label_formatter(&|error| format!("{error:.0e}"))
-            .draw()?;
+        let range = 0.7 * fastest..1.4 * slowest;
+        let x = "milliseconds, 128 x 128, 7 x 7, on a CPU";
+        let mut of_time = chart(&right, "error against time", x, range.log_scale())?;
         for (line, color) in lines.iter().zip(COLORS) {
             let discs = line.iter().map(|(_, p)| Circle::new((p.ms, p.error), 3, color.filled()));
             of_time.draw_series(discs)?;
@@ -220,4 +181,39 @@ fn svg(lines: &[Vec<(f64, Price)>], floats: &[(&str, [Price; 2])]) -> Result<Str
         root.present()?;
     }
     Ok(text)
+}
+
+type Chart<'a, 'b, X> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<X, LogCoord<f64>>>;
+
+fn grey(size: u32) -> TextStyle<'static> {
+    ("sans-serif", size).into_font().color(&GREY)
+}
+
+/// An empty chart of errors.
+fn chart<'a, 'b, X: Ranged<ValueType = f64> + ValueFormatter<f64>>(
+    area: &DrawingArea<SVGBackend<'b>, Shift>,
+    caption: &str,
+    x: &str,
+    coordinates: impl AsRangedCoord<CoordDescType = X, Value = f64>,
+) -> Result<Chart<'a, 'b, X>, Box<dyn Error>> {
+    let mut chart = ChartBuilder::on(area)
+        .caption(caption, grey(15))
+        .margin(8)
+        .x_label_area_size(36)
+        .y_label_area_size(60)
+        .build_cartesian_2d(coordinates, (1e-7..2.0_f64).log_scale())?;
+    chart
+        .configure_mesh()
+        .axis_style(GREY)
+        .bold_line_style(GREY.mix(0.3))
+        .light_line_style(TRANSPARENT)
+        .label_style(grey(11))
+        .axis_desc_style(grey(12))
+        .x_desc(x)
+        .y_desc("relative RMS error")
+        .x_labels(13)
+        .x_label_formatter(&|x| format!("{x:.0}"))
+        .y_label_formatter(&|error| format!("{error:.0e}"))
+        .draw()?;
+    Ok(chart)
 }

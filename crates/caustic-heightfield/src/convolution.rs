@@ -3,19 +3,19 @@
 //! The lobe is expanded to first order about the vertical, (L_t . P)^n ~ (L_z P_z)^(n - 1) (L_z P_z + n L_x P_x + n L_y P_y) with
 //! n = 2a, and the surface is taken to be at z = 0 (d >> h). Both are good only for light from nearly straight above.
 
-use num_traits::Float;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
+use spectral_core::optics::Real;
 
 use crate::convolve::{Convolve, Sample, TermSum, Window};
 use crate::error::PondError;
 use crate::exact::largest_tilt;
 use crate::floor::{FloorGrid, FloorLight, floor_light};
-use crate::height_field::{CHUNK, HeightField};
+use crate::height_field::HeightField;
 use crate::lobe::Lobe;
 use crate::plan::{Method, PlanSettings, PondPlan};
 use crate::pond::{Form, Outside, Pond};
-use crate::surface_light::SurfaceLight;
+use crate::surface_light::{SurfaceLight, SurfaceReport, beams};
 
 /// How the paper's convolutions are computed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -83,30 +83,48 @@ impl<T: Sample> Convolution<T> {
     /// # Errors
     /// As [`Pond::check`]; a surface of another grid; one that touches the floor.
     pub fn floor(&self, surface: &HeightField) -> Result<FloorLight, PondError> {
-        check_same_grid(surface, self.size, self.extent_m)?;
-        crate::exact::check_clear_of_floor(surface, &self.pond)?;
-        let light = SurfaceLight::new(surface, &self.pond)?;
-        let irradiance = self.terms.sum(&self.sources(&light)).into_iter().map(T::widened).collect();
-        let tiles = (self.tiles, self.tail);
-        Ok(floor_light(surface, &self.pond, &light, FloorGrid::below(surface), irradiance, tiles))
+        Ok(self.sum(&self.sources(surface)?))
     }
 
-    /// What is convolved (passes 4 and 5): flux L_j (-L_z)^(n - 1) for j = x, y and flux (-L_z)^n for z.
-    fn sources(&self, light: &SurfaceLight) -> Vec<Vec<T>> {
-        let exponent = 2.0 * self.pond.scattering - 1.0;
-        let products: Vec<[T; 3]> = light
-            .directions
-            .par_iter()
-            .zip(&light.flux)
-            .with_min_len(CHUNK)
-            .map(|(direction, flux)| source_products(*direction, *flux, exponent).map(T::rounded))
-            .collect();
-        (0..3).into_par_iter().map(|k| products.iter().map(|product| product[k]).collect()).collect()
+    /// What is convolved (passes 1 to 5): flux L_j (-L_z)^(n - 1) for j = x, y and flux (-L_z)^n for z.
+    ///
+    /// # Errors
+    /// As [`Self::floor`].
+    pub fn sources(&self, surface: &HeightField) -> Result<ConvolutionSources<T>, PondError> {
+        check_same_grid(surface, self.size, self.extent_m)?;
+        crate::exact::check_clear_of_floor(surface, &self.pond)?;
+        let exponent = T::rounded(2.0 * self.pond.scattering - 1.0);
+        let mut images = [(); 3].map(|()| vec![T::zero(); surface.heights_m.len()]);
+        let [x, y, z] = images.each_mut().map(|image| image.par_chunks_mut(self.size[0]));
+        let rows = x.zip(y).zip(z);
+        let report = beams::<T, _>(surface, &self.pond, rows, |((x, y), z), i, beam| {
+            [x[i], y[i], z[i]] = source_products(beam.direction, beam.flux, exponent);
+        })?;
+        Ok(ConvolutionSources { images, report })
+    }
+
+    /// The light on the floor of these sources (pass 6).
+    ///
+    /// # Panics
+    /// If they are those of another grid.
+    #[must_use]
+    pub fn sum(&self, sources: &ConvolutionSources<T>) -> FloorLight {
+        let irradiance = self.terms.sum(&sources.images).into_iter().map(T::widened).collect();
+        let grid = FloorGrid { size: self.size, corner_m: [0.0; 2], extent_m: self.extent_m };
+        let pitch_m = [0, 1].map(|k| self.extent_m[k] / self.size[k] as f64);
+        floor_light(pitch_m, &self.pond, sources.report, grid, irradiance, (self.tiles, self.tail))
     }
 }
 
+/// What the paper convolves: one image for each component of the light's direction.
+#[derive(Clone, Debug)]
+pub struct ConvolutionSources<T> {
+    images: [Vec<T>; 3],
+    report: SurfaceReport,
+}
+
 /// Flux times (-L_z)^`exponent` times L_x, L_y and -L_z, with `exponent` = n - 1.
-pub(crate) fn source_products<T: Float>([x, y, z]: [T; 3], flux: T, exponent: T) -> [T; 3] {
+pub(crate) fn source_products<T: Real>([x, y, z]: [T; 3], flux: T, exponent: T) -> [T; 3] {
     // Light that travels upwards meets no floor.
     if z >= T::zero() {
         return [T::zero(); 3];

@@ -7,11 +7,12 @@ use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use rustfft::num_complex::Complex;
 use rustfft::{Fft, FftNum, FftPlanner};
 use serde::{Deserialize, Serialize};
+use spectral_core::optics::Real;
 
 use crate::pond::Outside;
 
 /// Numbers that floors are computed in: f32 or f64.
-pub trait Sample: FftNum + num_traits::Float + Default {
+pub trait Sample: FftNum + Real + Default {
     /// Rounded from f64.
     fn rounded(x: f64) -> Self;
     /// As f64, without loss.
@@ -107,6 +108,13 @@ impl Window {
         [0, 1].map(|k| self.low[k] + self.size[k] as i64 - 1)
     }
 
+    /// The smallest window around this one and another.
+    pub(crate) fn with(&self, other: Self) -> Self {
+        let low = [0, 1].map(|k| self.low[k].min(other.low[k]));
+        let high = [0, 1].map(|k| self.high()[k].max(other.high()[k]));
+        Self { low, size: [0, 1].map(|k| (high[k] - low[k] + 1) as usize) }
+    }
+
     /// The index of an offset, if it is covered.
     pub(crate) fn index(&self, offset: [i64; 2]) -> Option<usize> {
         let [x, y] = [offset[0] - self.low[0], offset[1] - self.low[1]];
@@ -164,6 +172,15 @@ impl<T: Sample> TermSum<T> {
         Self { size, outside, window, kernels, convolve, spectra }
     }
 
+    /// The same with kernels of nothing up to `count`, for plans; none where there are as many.
+    pub(crate) fn with_room(&self, count: usize) -> Option<Self> {
+        let more = count.checked_sub(self.kernels.len()).filter(|&more| more > 0)?;
+        let nothing = std::iter::repeat_n(vec![T::zero(); self.window.len()], more);
+        let kernels = self.kernels.iter().cloned().chain(nothing).collect();
+        let terms = Self::new(self.size, self.outside, self.window, kernels, Convolve::Spatial);
+        Some(terms.asked_for(self.convolve))
+    }
+
     /// The same for plans, which may be asked for another way.
     pub(crate) fn asked_for(self, convolve: Convolve) -> Self {
         Self { convolve, ..self }
@@ -181,15 +198,74 @@ impl<T: Sample> TermSum<T> {
             return spectra.sum(self.size, sources);
         }
         let mut floor = vec![T::zero(); self.size[0] * self.size[1]];
-        floor.par_chunks_mut(self.size[0]).enumerate().for_each(|(j, row)| {
-            for (kernel, source) in self.kernels.iter().zip(sources) {
-                let part = (self.window, self.window.whole());
-                let add = |floor: T, weight: T, light: T| floor + weight * light;
-                add_row(row, j, self.size, self.outside, part, kernel, source, add);
-            }
+        let terms = self.kernels.iter().map(Vec::as_slice).zip(sources.iter().map(Vec::as_slice));
+        let part = (self.window, self.window.whole());
+        floor.par_chunks_mut(self.size[0]).enumerate().for_each_init(Vec::new, |edge, (j, row)| {
+            sum_row(row, j, self.size, self.outside, part, terms.clone(), edge);
         });
         floor
     }
+}
+
+/// Samples whose sums are taken together: few enough to stay in registers from tap to tap.
+const BLOCK: usize = 32;
+
+/// Add what comes to row `j` of the floor through a part of the terms' kernels; `terms` are kernels with what they are applied to, `edge` is
+/// room for what lies around a row.
+pub(crate) fn sum_row<'a, T: Real + 'a>(
+    row: &mut [T],
+    j: usize,
+    size: [usize; 2],
+    outside: Outside,
+    (window, part): (Window, Part),
+    terms: impl Iterator<Item = (&'a [T], &'a [T])> + Clone,
+    edge: &mut Vec<T>,
+) {
+    let [width, height] = size.map(|side| side as i64);
+    let columns = part.count[0];
+    // From the last tap on sources lie one after the other.
+    let last = window.low[0] + (part.first[0] + columns - 1) as i64;
+    for (block, floor) in row.chunks_mut(BLOCK).enumerate() {
+        let mut sums = [T::zero(); BLOCK];
+        let first = (block * BLOCK) as i64 - last;
+        let lit = first..first + (BLOCK + columns - 1) as i64;
+        for (kernel, source) in terms.clone() {
+            for line in part.first[1]..part.first[1] + part.count[1] {
+                let from = j as i64 - (window.low[1] + line as i64);
+                let from = match outside {
+                    Outside::Periodic => from.rem_euclid(height),
+                    Outside::Dark if (0..height).contains(&from) => from,
+                    Outside::Dark => continue,
+                };
+                let weights = &kernel[line * window.size[0] + part.first[0]..][..columns];
+                let source = &source[from as usize * size[0]..][..size[0]];
+                if lit.start >= 0 && lit.end <= width {
+                    add_taps(&mut sums, weights, &source[lit.start as usize..lit.end as usize]);
+                    continue;
+                }
+                edge.clear();
+                edge.extend(lit.clone().map(|i| match outside {
+                    Outside::Periodic => source[i.rem_euclid(width) as usize],
+                    Outside::Dark if (0..width).contains(&i) => source[i as usize],
+                    Outside::Dark => T::zero(),
+                }));
+                add_taps(&mut sums, weights, edge);
+            }
+        }
+        floor.iter_mut().zip(sums).for_each(|(floor, sum)| *floor = *floor + sum);
+    }
+}
+
+/// Add the taps of a line of a kernel; `lit` begins where its last one is.
+#[inline]
+fn add_taps<T: Real>(sums: &mut [T; BLOCK], weights: &[T], lit: &[T]) {
+    let mut own = *sums;
+    for (&weight, lit) in weights.iter().rev().zip(lit.windows(BLOCK)) {
+        for (sum, &light) in own.iter_mut().zip(lit) {
+            *sum = *sum + weight * light;
+        }
+    }
+    *sums = own;
 }
 
 /// Add what comes to row `j` of the floor through a part of one term's kernel, tap after tap: `add(floor, weight, light)`.

@@ -113,6 +113,18 @@ pub enum PondError {
         /// The most.
         max: usize,
     },
+    /// Terms of other light that a plan has no room for.
+    #[error(
+        "the {what} of this light are {got}; the plan has room for {max}: make it anew, or with more room"
+    )]
+    Room {
+        /// What there is too much of.
+        what: &'static str,
+        /// How much there is.
+        got: usize,
+        /// The most.
+        max: usize,
+    },
     /// A change that kernels do not follow.
     #[error("{what} of the pond is another than the one that the plan's kernels were made for; make it anew")]
     OtherKernels {

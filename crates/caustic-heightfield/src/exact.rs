@@ -49,7 +49,7 @@ pub fn exact(surface: &HeightField, pond: &Pond, floor: FloorGrid) -> Result<Flo
         spread + resting / (surface.pitch_m()[0] * surface.pitch_m()[1])
     };
     let irradiance: Vec<f64> = points.par_iter().map(at).collect();
-    Ok(floor_light(surface, pond, &light, floor, irradiance, (tiles, tail)))
+    Ok(floor_light(surface.pitch_m(), pond, light.report, floor, irradiance, (tiles, tail)))
 }
 
 /// Samples along each side of a block.

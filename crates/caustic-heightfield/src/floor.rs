@@ -1,10 +1,11 @@
 //! The pond's floor and the light on it.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
-use crate::height_field::HeightField;
+use crate::height_field::{CHUNK, HeightField};
 use crate::pond::Pond;
-use crate::surface_light::{SurfaceLight, SurfaceReport};
+use crate::surface_light::SurfaceReport;
 
 /// Points of the floor, at the centres of a grid's cells.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,19 +110,21 @@ impl FloorLight {
     }
 }
 
-/// A computed floor with its report.
+/// A computed floor with its report, below a surface whose samples are `pitch_m` apart.
 pub(crate) fn floor_light(
-    surface: &HeightField,
+    pitch_m: [f64; 2],
     pond: &Pond,
-    light: &SurfaceLight,
+    surface: SurfaceReport,
     grid: FloorGrid,
     irradiance: Vec<f64>,
     (periodic_tiles, periodic_tail): (i64, f64),
 ) -> FloorLight {
+    // In parts, whose order is the same on any number of threads.
+    let parts: Vec<f64> = irradiance.par_chunks(8 * CHUNK).map(|part| part.iter().sum()).collect();
     let report = FloorReport {
-        surface: light.report,
-        floor_flux: irradiance.iter().sum::<f64>() * grid.cell_m2(),
-        lobe_samples: lobe_samples(surface.pitch_m(), pond),
+        surface,
+        floor_flux: parts.iter().sum::<f64>() * grid.cell_m2(),
+        lobe_samples: lobe_samples(pitch_m, pond),
         periodic_tiles,
         periodic_tail,
     };

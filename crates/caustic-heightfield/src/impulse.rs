@@ -41,6 +41,15 @@ pub struct Impulse {
 }
 
 impl Ripple {
+    /// Waves of a pebble in a pond of a metre: 10 cm long, half a metre a second fast.
+    pub const PEBBLE: Self = Self {
+        front_m_s: 0.5,
+        alpha_per_s: 0.4,
+        beta_per_m: 3.0,
+        wave_number_rad_m: 60.0,
+        frequency_rad_s: 30.0,
+    };
+
     /// Whether these are waves: finite, damped and not amplified, with a front that moves outwards.
     ///
     /// # Errors

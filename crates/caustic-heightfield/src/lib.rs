@@ -38,7 +38,7 @@ mod surface_light;
 mod walls;
 mod wave_equation;
 
-pub use convolution::{Convolution, ConvolutionSettings};
+pub use convolution::{Convolution, ConvolutionSettings, ConvolutionSources};
 pub use convolve::{Convolve, Sample};
 pub use dispersion::{Bands, FloorColor, SEEN_NM, Spread, VISIBLE_TEXELS, ior_below_at};
 pub use distance_table::{DistanceTable, heights_by_table};
@@ -54,9 +54,9 @@ pub use passes::PASSES;
 #[cfg(feature = "spirv")]
 pub use passes::SPIRV_PASSES;
 pub use photon::{Photon, PhotonFloor, PhotonPlan, PhotonSettings, water_dispersion};
-pub use plan::{HeightSource, PlanSettings, PondFrame, PondPlan};
+pub use plan::{HeightSource, PlanSettings, PondFrame, PondPlan, Room};
 pub use pond::{Form, Illumination, Normals, Outside, Pond, light_tilted_deg};
-pub use scene::{Moment, PondScene, Surface, Wave, numbered_name};
+pub use scene::{Moment, Pebble, PondScene, Surface, Swell, Wave, numbered_name};
 pub use six_passes::{Accumulation, SixPassFloor, SixPassReport, SixPassSettings, SixPasses};
 pub use splat::Splat;
 pub use supersample::exact_over_facets;

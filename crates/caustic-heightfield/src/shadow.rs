@@ -3,7 +3,7 @@
 use num_traits::Float;
 use rayon::prelude::*;
 
-use crate::height_field::{HeightField, Heights};
+use crate::height_field::{CHUNK, HeightField, Heights};
 use crate::pond::Outside;
 
 /// Steps along a ray per sample that it crosses.
@@ -26,9 +26,10 @@ impl<T: Float> Relief<T> {
     /// Of the sample (i, j) and its next neighbours.
     pub(crate) fn of(surface: &Heights<'_, T>, i: usize, j: usize) -> Self {
         let [width, height] = surface.size;
+        let next = |i: usize, side: usize| if i + 1 == side { 0 } else { i + 1 };
         let here = surface.at(i, j);
-        let east = (surface.at((i + 1) % width, j) - here) / surface.pitch_m[0];
-        let north = (surface.at(i, (j + 1) % height) - here) / surface.pitch_m[1];
+        let east = (surface.at(next(i, width), j) - here) / surface.pitch_m[0];
+        let north = (surface.at(i, next(j, height)) - here) / surface.pitch_m[1];
         Self { highest_m: here, steepest: east.abs().max(north.abs()) }
     }
 
@@ -106,19 +107,34 @@ impl<T: Float> March<T> {
     }
 }
 
-/// Which samples do not see the light, whose unit direction of travel is `light`.
-pub(crate) fn self_shadowed(surface: &HeightField, light: [f64; 3], outside: Outside) -> Vec<bool> {
-    let surface = &surface.view(outside);
-    let [width, height] = surface.size;
-    let samples = width * height;
-    let march = March::new(surface.pitch_m, light);
-    let nothing = Relief { highest_m: f64::NEG_INFINITY, steepest: 0.0 };
-    let relief = (0..samples).map(|s| Relief::of(surface, s % width, s / width)).fold(nothing, Relief::or);
-    if !march.may_shade(&relief) {
-        return vec![false; samples];
+/// Which samples of a surface do not see the light, asked one by one.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Shadows<'a> {
+    surface: Heights<'a, f64>,
+    march: March<f64>,
+    highest_m: f64,
+    may_shade: bool,
+}
+
+impl<'a> Shadows<'a> {
+    /// Of light whose unit direction of travel is `light`.
+    pub(crate) fn new(surface: &'a HeightField, light: [f64; 3], outside: Outside) -> Self {
+        let surface = surface.view(outside);
+        let [width, height] = surface.size;
+        let march = March::new(surface.pitch_m, light);
+        let nothing = Relief { highest_m: f64::NEG_INFINITY, steepest: 0.0 };
+        let row = |j: usize| (0..width).map(|i| Relief::of(&surface, i, j)).fold(nothing, Relief::or);
+        // Vertical light is hidden from nothing.
+        let rows = if march.tangent.is_finite() { height } else { 0 };
+        let rows = (0..rows).into_par_iter().with_min_len(CHUNK.div_ceil(width));
+        let relief = rows.map(row).reduce(|| nothing, Relief::or);
+        Self { surface, march, highest_m: relief.highest_m, may_shade: march.may_shade(&relief) }
     }
-    let behind = |s: usize| march.meets(surface, relief.highest_m, MAX_STEPS, [s % width, s / width]);
-    (0..samples).into_par_iter().map(behind).collect()
+
+    /// Whether sample (i, j) is behind other water.
+    pub(crate) fn hide(&self, i: usize, j: usize) -> bool {
+        self.may_shade && self.march.meets(&self.surface, self.highest_m, MAX_STEPS, [i, j])
+    }
 }
 
 /// The height at a place in samples; `None` outside of a pond that ends.

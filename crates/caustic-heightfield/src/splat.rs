@@ -100,7 +100,14 @@ impl Splat {
                 }
             }
         });
-        Ok(floor_light(surface, &self.pond, &light, FloorGrid::below(surface), irradiance, tiles))
+        Ok(floor_light(
+            surface.pitch_m(),
+            &self.pond,
+            light.report,
+            FloorGrid::below(surface),
+            irradiance,
+            tiles,
+        ))
     }
 
     /// All beams with light in them, and the tiles that a periodic pond is summed over.

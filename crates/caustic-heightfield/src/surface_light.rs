@@ -9,7 +9,7 @@ use crate::height_field::{CHUNK, HeightField};
 use crate::normals::{normal_of_slopes, slopes_at};
 use crate::pond::{Form, Pond};
 use crate::refraction_table::RefractionTable;
-use crate::shadow::self_shadowed;
+use crate::shadow::Shadows;
 
 /// Light just below the surface, one beam per sample.
 #[derive(Clone, Debug)]
@@ -118,11 +118,13 @@ impl<T: Real> Beam<T> {
 }
 
 impl SurfaceReport {
-    fn count(&mut self, beam: &Beam<f64>, steepness: f64) {
+    fn count<T: Real>(&mut self, beam: &Beam<T>, [sx, sy]: [f64; 2]) {
+        let steepness = (sx * sx + sy * sy).sqrt();
+        let wide = |flux: T| flux.to_f64().expect("f32 and f64 fit into f64");
         self.steepest_slope = self.steepest_slope.max(steepness);
         self.past_45_degrees += usize::from(steepness > 1.0);
-        self.incident_flux += beam.incident;
-        self.transmitted_flux += beam.flux;
+        self.incident_flux += wide(beam.incident);
+        self.transmitted_flux += wide(beam.flux);
         match beam.fate {
             Fate::Passed => {}
             Fate::TurnedAway => self.turned_away += 1,
@@ -152,38 +154,54 @@ impl SurfaceLight {
     /// # Errors
     /// As [`Pond::check`].
     pub fn new(surface: &HeightField, pond: &Pond) -> Result<Self, PondError> {
-        pond.check(surface)?;
-        let light = pond.unit_light_direction();
-        let shadows = match pond.form {
-            Form::Physical => self_shadowed(surface, light, pond.outside),
-            Form::Paper => vec![false; surface.heights_m.len()],
-        };
-        let sun = Sun {
-            direction: light,
-            eta: pond.eta(),
-            cell_m2: surface.pitch_m().iter().product(),
-            facets_are_larger: pond.form == Form::Physical,
-            table: None,
-        };
-        let heights = surface.view(pond.outside);
         let width = surface.size[0];
         let mut directions = vec![[0.0; 3]; surface.heights_m.len()];
         let mut flux = vec![0.0; surface.heights_m.len()];
-        let light_chunk = |(chunk, (directions, flux)): (usize, (&mut [[f64; 3]], &mut [f64]))| {
-            let mut report = SurfaceReport { samples: flux.len(), ..SurfaceReport::default() };
-            for (i, (direction, flux)) in directions.iter_mut().zip(flux).enumerate() {
-                let sample = chunk * CHUNK + i;
-                let slopes = slopes_at(&heights, pond.normals, sample % width, sample / width);
-                let beam = sun.beam(slopes, pond.illumination.at(sample), || shadows[sample]);
-                report.count(&beam, slopes[0].hypot(slopes[1]));
-                (*direction, *flux) = (beam.direction, beam.flux);
-            }
-            report
-        };
-        let chunks = directions.par_chunks_mut(CHUNK).zip(flux.par_chunks_mut(CHUNK)).enumerate();
-        let reports: Vec<SurfaceReport> = chunks.map(light_chunk).collect();
-        // In order: the same sums on any number of threads.
-        let report = reports.into_iter().fold(SurfaceReport::default(), SurfaceReport::plus);
+        let rows = directions.par_chunks_mut(width).zip(flux.par_chunks_mut(width));
+        let report = beams::<f64, _>(surface, pond, rows, |(directions, flux), i, beam| {
+            (directions[i], flux[i]) = (beam.direction, beam.flux);
+        })?;
         Ok(Self { size: surface.size, directions, flux, report })
     }
+}
+
+/// The beams below `surface`, computed in `T` from slopes in f64: `take` has one at a time, with its column and what `rows` has for its row.
+///
+/// # Errors
+/// As [`Pond::check`].
+pub(crate) fn beams<T: Real + Send + Sync, R: Send>(
+    surface: &HeightField,
+    pond: &Pond,
+    rows: impl IndexedParallelIterator<Item = R>,
+    take: impl Fn(&mut R, usize, &Beam<T>) + Sync,
+) -> Result<SurfaceReport, PondError> {
+    pond.check(surface)?;
+    let real = |x: f64| T::from(x).expect("f32 and f64 hold it");
+    let light = pond.unit_light_direction();
+    let shadows = (pond.form == Form::Physical).then(|| Shadows::new(surface, light, pond.outside));
+    let sun = Sun {
+        direction: light.map(real),
+        eta: real(pond.eta()),
+        cell_m2: real(surface.pitch_m().iter().product()),
+        facets_are_larger: pond.form == Form::Physical,
+        table: None,
+    };
+    let heights = surface.view(pond.outside);
+    let width = surface.size[0];
+    let light_row = |(j, mut row): (usize, R)| {
+        let mut report = SurfaceReport { samples: width, ..SurfaceReport::default() };
+        for i in 0..width {
+            let slopes = slopes_at(&heights, pond.normals, i, j);
+            let illumination = real(pond.illumination.at(j * width + i));
+            let hidden = || shadows.is_some_and(|shadows| shadows.hide(i, j));
+            let beam = sun.beam(slopes.map(real), illumination, hidden);
+            report.count(&beam, slopes);
+            take(&mut row, i, &beam);
+        }
+        report
+    };
+    let rows = rows.with_min_len(CHUNK.div_ceil(width)).enumerate();
+    let reports: Vec<SurfaceReport> = rows.map(light_row).collect();
+    // In order: the same sums on any number of threads.
+    Ok(reports.into_iter().fold(SurfaceReport::default(), SurfaceReport::plus))
 }

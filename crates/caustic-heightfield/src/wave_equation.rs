@@ -4,8 +4,8 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::error::{PondError, check_at_least, check_positive};
-use crate::height_field::HeightField;
+use crate::error::{PondError, check_at_least, check_finite, check_positive};
+use crate::height_field::{HeightField, positions_m};
 
 /// What waves do at the edge of the pond.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -82,6 +82,25 @@ impl WaveEquation {
             self.now.heights_m[row * width + column] += height_m;
             self.before_m[row * width + column] += height_m;
         }
+    }
+
+    /// Drop a pebble: a hump round `at_m`, metres from the corner, in a trough that takes as much water away, so that none is made; its height falls
+    /// with the distance r as (1 - r^2 / (2 radius^2)) exp(-r^2 / (2 radius^2)).
+    ///
+    /// # Errors
+    /// A place or a height that is no finite number, a radius that is not above 0.
+    pub fn drop_pebble(&mut self, at_m: [f64; 2], height_m: f64, radius_m: f64) -> Result<(), PondError> {
+        check_finite("place of a pebble in x, metres,", at_m[0])?;
+        check_finite("place of a pebble in y, metres,", at_m[1])?;
+        check_finite("height of a pebble's hump, metres,", height_m)?;
+        check_positive("radius of a pebble's hump, metres,", radius_m)?;
+        let [width, height] = self.now.size;
+        let places = positions_m([width, height], self.now.extent_m);
+        for (sample, [x, y]) in places.enumerate() {
+            let share = ((x - at_m[0]).powi(2) + (y - at_m[1]).powi(2)) / (2.0 * radius_m * radius_m);
+            self.push(sample % width, sample / width, height_m * (1.0 - share) * (-share).exp());
+        }
+        Ok(())
     }
 
     /// One step of time.

@@ -75,13 +75,6 @@ fn low_rank_plans_give_low_rank_floors() {
 
 #[test]
 fn heights_of_impulses_are_made_on_the_device() {
-    let ripple = Ripple {
-        front_m_s: 0.5,
-        alpha_per_s: 0.4,
-        beta_per_m: 3.0,
-        wave_number_rad_m: 60.0,
-        frequency_rad_s: 30.0,
-    };
     let impulses: Vec<Impulse> = (0..3)
         .map(|i| Impulse {
             position_m: [0.3 * f64::from(i), 0.4],
@@ -97,13 +90,15 @@ fn heights_of_impulses_are_made_on_the_device() {
         let mut cpu = started(&plan);
         for time_s in [-1.0, 0.0, 0.7, 1000.3] {
             let surface = match distance_levels {
-                None => impulse_heights(size, [1.0, 1.0], &ripple, &impulses, WallImages::Four, time_s),
+                None => {
+                    impulse_heights(size, [1.0, 1.0], &Ripple::PEBBLE, &impulses, WallImages::Four, time_s)
+                }
                 Some(levels) => {
                     let table = DistanceTable::new(size, [1.0, 1.0], levels).unwrap();
-                    heights_by_table(&table, &ripple, &impulses, WallImages::Four, time_s)
+                    heights_by_table(&table, &Ripple::PEBBLE, &impulses, WallImages::Four, time_s)
                 }
             };
-            plan.write_impulses(&mut cpu, &ripple, &impulses, WallImages::Four, time_s).unwrap();
+            plan.write_impulses(&mut cpu, &Ripple::PEBBLE, &impulses, WallImages::Four, time_s).unwrap();
             cpu.execute().unwrap();
             let got = plan.read(&mut cpu).unwrap().light;
             let expected = method.floor(&surface.unwrap()).unwrap();
@@ -221,4 +216,72 @@ fn what_a_plan_cannot_take_is_said() {
     assert!(plan.write_heights(&mut cpu, &other).is_err());
     let grounded = HeightField::from_fn([8, 8], [1.0, 1.0], |_, _| -0.3).unwrap();
     assert!(plan.write_heights(&mut cpu, &grounded).is_err());
+}
+
+/// A sun that is dragged: the plan of one light takes the terms of another, and gives to the bit what that light's own plan gives.
+#[test]
+fn terms_of_other_light_go_into_a_prepared_plan() {
+    let surface = waves([64, 32], 0.006);
+    let lit = |tilt_deg: f64, outside: Outside| {
+        let pond = Pond { light_direction: light_tilted_deg(tilt_deg), outside, ..Pond::default() };
+        (
+            LowRank::<f32>::new(std::slice::from_ref(&surface), &pond, LowRankSettings::default()).unwrap(),
+            pond,
+        )
+    };
+    for outside in [Outside::Dark, Outside::Periodic] {
+        let ((high, _), (low, low_pond)) = (lit(0.0, outside), lit(50.0, outside));
+        let room = Room { terms: low.report().terms.max(high.report().terms) + 3, states: 30_000 };
+        let mut plan = high.plan(&PlanSettings { room, ..PlanSettings::default() }).unwrap();
+        let mut cpu = started(&plan);
+        let before = floor(&plan, &mut cpu, &surface);
+        let made = cpu.made();
+        low.refit(&mut plan, &mut cpu).unwrap();
+        let after = floor(&plan, &mut cpu, &surface);
+        assert_eq!(cpu.made(), made, "something was made");
+        let reference = exact(&surface, &low_pond, FloorGrid::below(&surface)).unwrap().irradiance;
+        let error = relative_rms(&after.light.irradiance, &reference);
+        assert!(error < 0.011 && after.outside_states == 0, "{error}, {} outside", after.outside_states);
+        // Control: only the light, with the terms of the other.
+        let mut stale = high.plan(&PlanSettings::default()).unwrap();
+        let mut cpu_of_stale = started(&stale);
+        stale.write_light(&mut cpu_of_stale, &low_pond).unwrap();
+        let stale = floor(&stale, &mut cpu_of_stale, &surface);
+        assert!(relative_rms(&stale.light.irradiance, &reference) > 0.05 && stale.outside_states > 1000);
+        // And back again.
+        high.refit(&mut plan, &mut cpu).unwrap();
+        assert_eq!(floor(&plan, &mut cpu, &surface).light.irradiance, before.light.irradiance);
+    }
+}
+
+/// What there is no room for is said, and leaves the plan as it was.
+#[test]
+fn terms_without_room_leave_the_plan_alone() {
+    let surface = waves([32, 32], 0.006);
+    let terms = |target_error: f64, scattering: f64| {
+        let settings = LowRankSettings { target_error, ..LowRankSettings::default() };
+        let pond = Pond { scattering, ..Pond::default() };
+        LowRank::<f32>::new(std::slice::from_ref(&surface), &pond, settings).unwrap()
+    };
+    let (few, many) = (terms(0.05, 20.0), terms(0.001, 20.0));
+    let plan_with = |room: Room| few.plan(&PlanSettings { room, ..PlanSettings::default() }).unwrap();
+    let mut plan = plan_with(Room::default());
+    let mut cpu = started(&plan);
+    let before = floor(&plan, &mut cpu, &surface).light.irradiance;
+    let refused = many.refit(&mut plan, &mut cpu).unwrap_err();
+    assert!(matches!(refused, PondError::Room { what: "terms", .. }), "{refused}");
+    assert!(refused.to_string().contains("make it anew"), "{refused}");
+    assert_eq!(floor(&plan, &mut cpu, &surface).light.irradiance, before);
+    let mut plan = plan_with(Room { terms: 40, states: 0 });
+    let mut cpu = started(&plan);
+    let refused = many.refit(&mut plan, &mut cpu).unwrap_err();
+    assert!(matches!(refused, PondError::Room { what: "states of their table", .. }), "{refused}");
+    let other_form = Pond { form: Form::Paper, ..Pond::default() };
+    let other = LowRank::<f32>::new(std::slice::from_ref(&surface), &other_form, LowRankSettings::default());
+    assert!(matches!(other.unwrap().refit(&mut plan, &mut cpu), Err(PondError::OtherKernels { .. })));
+    let settings = ConvolutionSettings::default();
+    let paper = Convolution::<f32>::new([32, 32], [1.0, 1.0], &Pond::default(), settings).unwrap();
+    let mut paper = paper.plan(&PlanSettings::default()).unwrap();
+    let mut cpu = started(&paper);
+    assert!(few.refit(&mut paper, &mut cpu).is_err());
 }

@@ -1,33 +1,17 @@
 //! The six passes in frame buffers of few bits against the same passes in f64: the paper's correctness experiment (section 5.2).
 
+mod papers_experiment;
+
 use caustic_heightfield::adjusted::{Fixed, Float, Format};
 use caustic_heightfield::*;
 use half::f16;
+use papers_experiment::{papers_pond, pebbles};
 
 const PAPERS_KERNEL: SixPassSettings =
     SixPassSettings { kernel_samples: Some(7), accumulation: Accumulation::PerTerm };
 
 fn fixed(bits: u32) -> Fixed {
     Fixed::new(bits).expect("4 to 16")
-}
-
-/// Three pebbles and their reflections: "one of the more complex height fields".
-fn pebbles(size: [usize; 2]) -> HeightField {
-    let ripple = Ripple {
-        front_m_s: 0.5,
-        alpha_per_s: 0.4,
-        beta_per_m: 3.0,
-        wave_number_rad_m: 60.0,
-        frequency_rad_s: 30.0,
-    };
-    let pebble = |x, y, start_s| Impulse { position_m: [x, y], start_s, amplitude_m: 0.004 };
-    let pebbles = [pebble(0.3, 0.4, 0.0), pebble(0.7, 0.2, 0.3), pebble(0.6, 0.8, 0.5)];
-    impulse_heights(size, [1.0, 1.0], &ripple, &pebbles, WallImages::Four, 1.5).expect("finite waves")
-}
-
-/// Eq. 2 with the paper's normals, light from straight above.
-fn papers_pond() -> Pond {
-    Pond { form: Form::Paper, normals: Normals::OneSided, ..Pond::default() }
 }
 
 fn passes<F: Format>(

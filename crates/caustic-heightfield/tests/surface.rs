@@ -1,15 +1,11 @@
 //! The water surface: impulses, walls, the table of distances, the wave equation, files.
 
+use std::f64::consts::FRAC_PI_2;
+
 use caustic_heightfield::*;
 use proptest::prelude::*;
 
-const RIPPLE: Ripple = Ripple {
-    front_m_s: 0.5,
-    alpha_per_s: 0.4,
-    beta_per_m: 3.0,
-    wave_number_rad_m: 60.0,
-    frequency_rad_s: 30.0,
-};
+const RIPPLE: Ripple = Ripple::PEBBLE;
 
 fn pebble(x: f64, y: f64) -> Impulse {
     Impulse { position_m: [x, y], start_s: 0.0, amplitude_m: 0.01 }
@@ -248,4 +244,66 @@ proptest! {
             }
         }
     }
+}
+
+/// A basin's first mode, and water into which a pebble falls, from a scene's file: the mode swings with the basin's frequency, a
+/// pebble brings no water, and a step that is too long is refused.
+#[test]
+fn scenes_have_the_wave_equation() {
+    let scene = |step_s: f64, from: Option<Surface>, pebbles: Vec<Pebble>| PondScene {
+        extent_m: [1.0, 0.5],
+        surface: Surface::WaveEquation(Swell {
+            from: from.map(Box::new),
+            pebbles,
+            speed_m_s: 1.5,
+            damping_per_s: 0.0,
+            walls: Walls::Reflecting,
+            step_s,
+            time_s: 0.0,
+        }),
+        ..PondScene::default()
+    };
+    let size = [64, 32];
+    let at = |scene: &PondScene, after_s: f64| {
+        scene.heights(size, std::path::Path::new(""), Moment { frame: 0, after_s })
+    };
+    // cos(2 pi x / 1 m): two half waves across, which walls throw back; omega = 2 pi c.
+    let wave = Wave { amplitude_m: 0.01, cycles: [1.0, 0.0], phase_rad: FRAC_PI_2, frequency_rad_s: 0.0 };
+    let mode = scene(0.004, Some(Surface::Waves(vec![wave])), Vec::new());
+    assert!(mode.varies() && !mode.has_own_grid());
+    let start = at(&mode, 0.0).unwrap();
+    for after_s in [0.1, 0.123_4, 0.5, 2.0] {
+        let share = (std::f64::consts::TAU * 1.5 * after_s).cos();
+        let now = at(&mode, after_s).unwrap();
+        let worst = now.heights_m.iter().zip(&start.heights_m).map(|(h, h0)| (h - share * h0).abs());
+        let worst = worst.fold(0.0, f64::max);
+        assert!(worst < 3e-4, "{after_s} s: {worst} m");
+    }
+    assert_eq!(at(&mode, -1.0).unwrap(), start);
+
+    let pebble = Pebble { position_m: [0.4, 0.2], start_s: 0.05, height_m: 0.01, radius_m: 0.03 };
+    let falling = scene(0.005, None, vec![pebble]);
+    let level = |after_s: f64| at(&falling, after_s).unwrap().heights_m;
+    assert!(level(0.04).iter().all(|h| *h == 0.0));
+    for after_s in [0.051, 0.2, 0.6] {
+        let heights = level(after_s);
+        let (mean, highest) =
+            (heights.iter().sum::<f64>() / 2048.0, heights.iter().copied().fold(0.0, f64::max));
+        assert!(mean.abs() < 1e-6 && highest > 2e-4, "{after_s} s: {mean} {highest}");
+    }
+    // Control: what has no trough brings water.
+    let hump = HeightField::from_fn(size, [1.0, 0.5], |x, y| {
+        0.01 * (-((x - 0.4).powi(2) + (y - 0.2).powi(2)) / 0.0018).exp()
+    });
+    assert!(hump.unwrap().heights_m.iter().sum::<f64>() / 2048.0 > 5e-5);
+
+    let refused = |scene: &PondScene, after_s: f64| at(scene, after_s).unwrap_err().to_string();
+    // 1.5 m/s on cells of 1/64 m: 7.37 ms.
+    let unstable = refused(&scene(0.008, None, Vec::new()), 1.0);
+    assert!(unstable.contains("unstable") && unstable.contains("0.00736"), "{unstable}");
+    assert!(refused(&scene(1e-7, None, Vec::new()), 1.0).contains("number of steps"));
+    let early = scene(0.005, None, vec![Pebble { start_s: -1.0, ..pebble }]);
+    assert!(refused(&early, 1.0).contains("start of a pebble"));
+    let no_hump = scene(0.005, None, vec![Pebble { radius_m: 0.0, ..pebble }]);
+    assert!(refused(&no_hump, 1.0).contains("radius"));
 }

@@ -167,8 +167,8 @@ impl PondArgs {
         }
         if let Some(frames) = self.frames.filter(|_| !scene.varies()) {
             return Err(CliError::Usage(format!(
-                "--frames {frames}: this surface stands still; impulses, waves with frequency_rad_s and EXR files with # signs in \
-                 their name do not"
+                "--frames {frames}: this surface stands still; impulses, wave-equation, waves with frequency_rad_s and EXR files with # \
+                 signs in their name do not"
             )));
         }
         Ok(())

@@ -176,7 +176,7 @@ fn a_pond_has_prices_of_every_method_and_controls_that_fail() {
     assert!(json["ponds"][0]["exact_ms"].as_f64().is_some_and(|ms| ms > 0.0));
     assert_eq!(read("ladder.csv").lines().count(), 1 + ladder.pond_rows.len());
     let html = read("ladder.html");
-    assert!(html.contains("pond-gentle-20") && html.contains("halving RMS"), "{html}");
+    assert!(html.contains("pond-gentle-20") && html.contains("halving the error cost"), "{html}");
     assert!(read("ladder-pond.svg").contains("pond-gentle-20"));
     fs::remove_dir_all(folder).expect("removed");
 }

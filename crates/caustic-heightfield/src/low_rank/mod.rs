@@ -9,6 +9,7 @@ mod basis;
 pub(crate) mod state;
 pub(crate) mod table;
 
+use frame_plan::Executor;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
@@ -170,16 +171,27 @@ impl<T: Sample> LowRank<T> {
     /// # Errors
     /// No room for impulses, or a table of fewer than 2 entries or levels.
     pub fn plan(&self, settings: &PlanSettings) -> Result<PondPlan, PondError> {
-        PondPlan::new(
-            &Method {
-                pond: &self.pond,
-                extent_m: self.extent_m,
-                tiles: self.tiles,
-                table: Some(&self.table),
-                terms: &self.terms,
-            },
-            settings,
-        )
+        PondPlan::new(&self.method(), settings)
+    }
+
+    /// Let a prepared plan of other terms have these, for its next frame on: the way of a sun that is dragged. Only numbers are written, so
+    /// nothing is allocated or compiled; the pond may be another in all but its form, its surroundings and the kind of its illumination.
+    ///
+    /// # Errors
+    /// [`PondError::Room`] if the plan has no room for so many terms, so large a table or so far offsets ([`PlanSettings::room`]): it is
+    /// as it was, and a new one is needed. A plan of another method or grid; a pond that differs in more; those of the executor.
+    pub fn refit(&self, plan: &mut PondPlan, executor: &mut dyn Executor) -> Result<(), PondError> {
+        plan.refit(executor, &self.method())
+    }
+
+    fn method(&self) -> Method<'_, T> {
+        Method {
+            pond: &self.pond,
+            extent_m: self.extent_m,
+            tiles: self.tiles,
+            table: Some(&self.table),
+            terms: &self.terms,
+        }
     }
 
     /// The light on the floor below `surface`.
@@ -207,7 +219,7 @@ impl<T: Sample> LowRank<T> {
             .collect();
         let irradiance = self.terms.sum(&sources).into_iter().map(T::widened).collect();
         let grid = FloorGrid::below(surface);
-        let light = floor_light(surface, &self.pond, &light, grid, irradiance, self.tiles);
+        let light = floor_light(surface.pitch_m(), &self.pond, light.report, grid, irradiance, self.tiles);
         Ok(LowRankFloor { light, outside_states })
     }
 }

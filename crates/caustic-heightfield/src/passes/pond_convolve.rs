@@ -6,7 +6,7 @@ use frame_plan::{BindingKind, PassInfo, PassKind};
 use rayon::prelude::*;
 
 use super::{PondGrid, binding, outside, wgsl};
-use crate::convolve::{Part, Window, add_row};
+use crate::convolve::{Part, Window, sum_row};
 
 /// Uniform of the pass; mirrors `PondConvolve` in `shaders/pond_convolve.wgsl`.
 #[repr(C)]
@@ -59,15 +59,11 @@ pub fn pond_convolve(params: &PondConvolve, terms: &[f32], kernels: &[f32], irra
     let part =
         Part { first: params.first.map(|at| at as usize), count: params.count.map(|count| count as usize) };
     let outside = outside(params.periodic);
-    irradiance[..samples].par_chunks_mut(size[0]).enumerate().for_each(|(j, row)| {
+    let pairs = kernels.chunks(window.len()).zip(terms.chunks(samples)).take(params.terms as usize);
+    irradiance[..samples].par_chunks_mut(size[0]).enumerate().for_each_init(Vec::new, |edge, (j, row)| {
         if part.first == [0, 0] {
             row.fill(0.0);
         }
-        let pairs = kernels.chunks(window.len()).zip(terms.chunks(samples));
-        for (kernel, source) in pairs.take(params.terms as usize) {
-            add_row(row, j, size, outside, (window, part), kernel, source, |floor, weight, light| {
-                floor + weight * light
-            });
-        }
+        sum_row(row, j, size, outside, (window, part), pairs.clone(), edge);
     });
 }

@@ -2,9 +2,10 @@
 
 use frame_plan::{Resource, ResourceId, Step};
 
-use super::spectra::{Padding, SPECTRAL_PASSES};
+use super::spectra::{Padding, SPECTRAL_PASSES, pair_spectra};
 use super::{Builder, pass};
 use crate::convolve::{Convolve, Part, Sample, TermSum, Window, spatial_is_cheaper};
+use crate::error::PondError;
 use crate::passes::pond_convolve::PondConvolve;
 use crate::passes::{groups_of_grid, periodic};
 use crate::pond::Outside;
@@ -19,8 +20,8 @@ impl Builder {
         terms: &TermSum<T>,
         images: ResourceId,
         irradiance: ResourceId,
-    ) {
-        let folded = folded(terms);
+    ) -> Kernels {
+        let folded = terms.folded();
         let terms = folded.as_ref().unwrap_or(terms);
         let padding = Padding::new(terms.size, terms.outside, terms.window);
         let spatial = match terms.convolve {
@@ -32,10 +33,10 @@ impl Builder {
             for pass in SPECTRAL_PASSES {
                 self.decide(pass, false, "kernels are small enough for sums in space");
             }
-            self.convolve_in_space(terms, images, irradiance);
+            self.convolve_in_space(terms, images, irradiance)
         } else {
             self.decide("pond_convolve", false, "kernels are too large for sums in space");
-            self.convolve_spectra(terms, padding, images, irradiance);
+            self.convolve_spectra(terms, padding, images, irradiance)
         }
     }
 
@@ -44,10 +45,10 @@ impl Builder {
         terms: &TermSum<T>,
         images: ResourceId,
         irradiance: ResourceId,
-    ) {
-        let kernels: Vec<f32> = terms.kernels.iter().flatten().map(|k| k.widened() as f32).collect();
-        let kernels = self.plan.add_resource(Resource::buffer_with("kernels", &kernels));
+    ) -> Kernels {
         let count = terms.kernels.len();
+        let kernels = kernels_in(terms.window, terms, count);
+        let kernels = self.plan.add_resource(Resource::buffer_with("kernels", &kernels));
         let blocks: Vec<PondConvolve> = parts(terms.window, count)
             .into_iter()
             .map(|part| PondConvolve {
@@ -75,27 +76,104 @@ impl Builder {
             true,
             format!("{count} kernels of {width} x {height} offsets, in space"),
         );
+        Kernels::InSpace { buffer: kernels, window: terms.window }
     }
 }
 
-/// Kernels of a periodic pond that are larger than it, with all copies on one tile; none where they are not.
-fn folded<T: Sample>(terms: &TermSum<T>) -> Option<TermSum<T>> {
-    let larger = (0..2).any(|k| terms.window.size[k] > terms.size[k]);
-    if terms.outside == Outside::Dark || !larger {
-        return None;
-    }
-    let tile = Window { low: [0, 0], size: terms.size };
-    let fold = |kernel: &Vec<T>| {
-        let mut sums = vec![0.0; tile.len()];
-        for (index, value) in kernel.iter().enumerate() {
-            let offset = terms.window.offset(index);
-            let [x, y] = [0, 1].map(|k| offset[k].rem_euclid(terms.size[k] as i64) as usize);
-            sums[y * terms.size[0] + x] += value.widened();
+/// Where a plan has its kernels.
+#[derive(Clone, Debug)]
+pub(super) enum Kernels {
+    /// Values at all offsets of a window, kernel after kernel.
+    InSpace {
+        /// Where they are.
+        buffer: ResourceId,
+        /// What they cover.
+        window: Window,
+    },
+    /// Spectra of pairs.
+    Spectra {
+        /// Where they are, the first pair of each buffer, and how many it has.
+        buffers: Vec<(ResourceId, usize, usize)>,
+        /// How they are laid out.
+        padding: Padding,
+    },
+}
+
+impl Kernels {
+    /// What the buffers hold for other terms, with nothing in what is only room up to `count` terms.
+    ///
+    /// # Errors
+    /// Offsets that there is no room for.
+    pub(super) fn filled<T: Sample>(
+        &self,
+        terms: &TermSum<T>,
+        count: usize,
+    ) -> Result<Vec<(ResourceId, Vec<u8>)>, PondError> {
+        let room = |what, got, max| if got > max { Err(PondError::Room { what, got, max }) } else { Ok(()) };
+        match self {
+            Self::InSpace { buffer, window } => {
+                let folded = terms.folded_onto(*window);
+                let terms = folded.as_ref().unwrap_or(terms);
+                room("offsets of their kernels", window.with(terms.window).len(), window.len())?;
+                let values = kernels_in(*window, terms, count);
+                Ok(vec![(*buffer, bytemuck::cast_slice(&values).to_vec())])
+            }
+            Self::Spectra { buffers, padding } => {
+                let needed = Padding::new(terms.size, terms.outside, terms.window);
+                for k in 0..2 {
+                    room("points of their spectra along a side", needed.size[k], padding.size[k])?;
+                }
+                let bytes = |&(buffer, first, pairs): &(ResourceId, usize, usize)| {
+                    let spectra = pair_spectra(terms, *padding, first, pairs);
+                    (buffer, bytemuck::cast_slice(&spectra).to_vec())
+                };
+                Ok(buffers.iter().map(bytes).collect())
+            }
         }
-        sums.into_iter().map(T::rounded).collect()
-    };
-    let kernels = terms.kernels.iter().map(fold).collect();
-    Some(TermSum::new(terms.size, terms.outside, tile, kernels, Convolve::Spatial).asked_for(terms.convolve))
+    }
+}
+
+/// Values of `count` kernels at the offsets of a window, which covers their own; those that there are not are 0.
+fn kernels_in<T: Sample>(window: Window, terms: &TermSum<T>, count: usize) -> Vec<f32> {
+    let mut values = vec![0.0; window.len() * count];
+    for (kernel, values) in terms.kernels.iter().zip(values.chunks_mut(window.len())) {
+        for (index, value) in kernel.iter().enumerate() {
+            let at = window.index(terms.window.offset(index)).expect("the window covers them");
+            values[at] = value.widened() as f32;
+        }
+    }
+    values
+}
+
+impl<T: Sample> TermSum<T> {
+    /// Kernels of a periodic pond that are larger than it, with all copies on one tile; none where they are not.
+    fn folded(&self) -> Option<Self> {
+        let larger = (0..2).any(|k| self.window.size[k] > self.size[k]);
+        if larger { self.folded_onto(self.tile()) } else { None }
+    }
+
+    /// Kernels of a periodic pond with all copies on one tile, if that is the window.
+    fn folded_onto(&self, window: Window) -> Option<Self> {
+        let tile = self.tile();
+        if self.outside == Outside::Dark || window != tile {
+            return None;
+        }
+        let fold = |kernel: &Vec<T>| {
+            let mut sums = vec![0.0; tile.len()];
+            for (index, value) in kernel.iter().enumerate() {
+                let offset = self.window.offset(index);
+                let [x, y] = [0, 1].map(|k| offset[k].rem_euclid(self.size[k] as i64) as usize);
+                sums[y * self.size[0] + x] += value.widened();
+            }
+            sums.into_iter().map(T::rounded).collect()
+        };
+        let kernels = self.kernels.iter().map(fold).collect();
+        Some(Self::new(self.size, self.outside, tile, kernels, Convolve::Spatial).asked_for(self.convolve))
+    }
+
+    fn tile(&self) -> Window {
+        Window { low: [0, 0], size: self.size }
+    }
 }
 
 /// A window in parts that an invocation can sum over, from the first offset on.

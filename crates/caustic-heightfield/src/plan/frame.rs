@@ -108,19 +108,35 @@ impl PondPlan {
     /// As [`Pond::check`]; water, form or surroundings that kernels were not made for; an illumination that varies where the plan's
     /// does not, or the other way round; those of the executor.
     pub fn write_light(&mut self, executor: &mut dyn Executor, pond: &Pond) -> Result<(), PondError> {
-        pond.check(&HeightField::flat(self.size, self.extent_m)?)?;
-        let is_map = |pond: &Pond| matches!(pond.illumination, Illumination::Map(_));
         let changes = [
             ("the depth", pond.depth_m != self.pond.depth_m),
             ("the scattering", pond.scattering != self.pond.scattering),
             ("the extinction", pond.extinction_per_m != self.pond.extinction_per_m),
-            ("the form", pond.form != self.pond.form),
-            ("what is outside", pond.outside != self.pond.outside),
-            ("the kind of illumination", is_map(pond) != is_map(&self.pond)),
         ];
         if let Some((what, _)) = changes.into_iter().find(|(_, changed)| *changed) {
             return Err(PondError::OtherKernels { what });
         }
+        self.check_structure(pond)?;
+        self.write_pond(executor, pond)
+    }
+
+    /// Whether the plan's passes are those of this pond.
+    pub(super) fn check_structure(&self, pond: &Pond) -> Result<(), PondError> {
+        pond.check(&HeightField::flat(self.size, self.extent_m)?)?;
+        let is_map = |pond: &Pond| matches!(pond.illumination, Illumination::Map(_));
+        let changes = [
+            ("the form", pond.form != self.pond.form),
+            ("what is outside", pond.outside != self.pond.outside),
+            ("the kind of illumination", is_map(pond) != is_map(&self.pond)),
+        ];
+        match changes.into_iter().find(|(_, changed)| *changed) {
+            Some((what, _)) => Err(PondError::OtherKernels { what }),
+            None => Ok(()),
+        }
+    }
+
+    /// Parameters and buffers that follow the light.
+    pub(super) fn write_pond(&mut self, executor: &mut dyn Executor, pond: &Pond) -> Result<(), PondError> {
         let bytes = self.light_bytes(pond);
         executor.set_params(self.ids.surface, &bytes.surface)?;
         executor.write_buffer(self.ids.illumination, 0, &bytes.illumination)?;

@@ -11,6 +11,7 @@
 
 mod convolve;
 mod frame;
+mod refit;
 mod spectra;
 mod surface;
 
@@ -20,13 +21,13 @@ use crate::convolve::{Sample, TermSum};
 use crate::error::PondError;
 use crate::height_field::HeightField;
 use crate::low_rank::table::Table;
-use crate::passes::pond_coefficients::PondCoefficients;
 use crate::passes::pond_picture::PondPicture;
 use crate::passes::pond_product::PondProduct;
 use crate::passes::pond_relief::RELIEF_WORDS;
 use crate::passes::report::REPORT_WORDS;
 use crate::passes::{PondGrid, groups_of_grid, groups_of_samples};
 use crate::pond::{Illumination, Pond};
+use convolve::Kernels;
 pub use frame::PondFrame;
 use spectral_core::rgb::D65_WHITE_XYZ;
 
@@ -54,6 +55,17 @@ pub struct PlanSettings {
     pub refraction_entries: Option<usize>,
     /// Whether the floor is made a picture, too, for a host that shows it where it is: [`PondPlan::picture`].
     pub picture: bool,
+    /// Room for low-rank terms of other light ([`crate::LowRank::refit`]): no more than the plan's own if nothing is said.
+    pub room: Room,
+}
+
+/// What low-rank terms of other light may take. All of the room is convolved in every frame, used or not.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Room {
+    /// Terms; a plan has at least those it is made with.
+    pub terms: usize,
+    /// States in the table of their coefficients, likewise.
+    pub states: usize,
 }
 
 /// What a plan needs to know of a method.
@@ -78,6 +90,9 @@ pub struct PondPlan {
     tiles: (i64, f64),
     settings: PlanSettings,
     ids: Ids,
+    kernels: Kernels,
+    /// Terms that are convolved, those that are only room too.
+    terms: usize,
 }
 
 /// What frames write and read.
@@ -92,6 +107,8 @@ struct Ids {
     surface: ParamsId,
     /// Impulses and the blocks that say which of them an iteration takes.
     impulses: Option<(ResourceId, ParamsId)>,
+    /// Coefficients of low-rank terms, and the parameters of the pass that looks them up.
+    coefficients: Option<(ResourceId, ParamsId)>,
 }
 
 impl PondPlan {
@@ -122,13 +139,25 @@ impl PondPlan {
         builder.relief(method.pond.form, heights, relief);
         let inputs = [heights, illumination, refraction_table, relief];
         let surface = builder.surface(inputs, beams, report);
-        let images = builder.terms(method, [heights, beams, report]);
+        let with_room = method.table.and_then(|_| method.terms.with_room(settings.room.terms));
+        let terms = with_room.as_ref().unwrap_or(method.terms);
+        let (images, coefficients) =
+            builder.terms(method, terms.kernels.len(), settings.room.states, [heights, beams, report]);
         let irradiance =
             builder.plan.add_resource(Resource::buffer("irradiance", 4 * samples as u64).readable());
-        builder.convolve(method.terms, images, irradiance);
+        let kernels = builder.convolve(terms, images, irradiance);
         let picture = settings.picture.then(|| builder.picture(irradiance));
-        let ids =
-            Ids { heights, illumination, refraction_table, irradiance, picture, report, surface, impulses };
+        let ids = Ids {
+            heights,
+            illumination,
+            refraction_table,
+            irradiance,
+            picture,
+            report,
+            surface,
+            impulses,
+            coefficients,
+        };
         let mut plan = Self {
             plan: builder.plan,
             pond: method.pond.clone(),
@@ -137,6 +166,8 @@ impl PondPlan {
             tiles: method.tiles,
             settings: *settings,
             ids,
+            kernels,
+            terms: terms.kernels.len(),
         };
         plan.start_with_light();
         Ok(plan)
@@ -179,18 +210,20 @@ impl Builder {
         picture
     }
 
-    /// The images that are convolved, one per term.
+    /// The images that are convolved, one per term, and what the coefficients of low-rank ones are looked up in; `terms` and `states` are what
+    /// there is to be room for.
     fn terms<T: Sample>(
         &mut self,
         method: &Method<'_, T>,
+        terms: usize,
+        states: usize,
         [heights, beams, report]: [ResourceId; 3],
-    ) -> ResourceId {
+    ) -> (ResourceId, Option<(ResourceId, ParamsId)>) {
         let samples = self.grid.samples();
-        let terms = method.terms.kernels.len();
         // An even number: transforms take them in pairs, and the last may be of one and nothing.
         let images = self.persistent("terms", terms.next_multiple_of(2) * samples);
         let groups = groups_of_samples(samples);
-        let step = match method.table {
+        let (step, coefficients) = match method.table {
             None => {
                 let params = PondProduct {
                     samples: samples as u32,
@@ -201,38 +234,24 @@ impl Builder {
                 let params = self.plan.add_params("pond_product", &params);
                 self.decide("pond_product", true, "three terms, those of the paper");
                 self.decide("pond_coefficients", false, "terms are the paper's, which need no table");
-                pass("pond_product", Some(params), &[beams, images])
+                (pass("pond_product", Some(params), &[beams, images]), None)
             }
             Some(table) => {
-                let grid = table.grid();
-                let narrowed = |state: [f64; 3]| state.map(|x| x as f32);
-                let params = PondCoefficients {
-                    low: narrowed(grid.low),
-                    depth_m: method.pond.depth_m as f32,
-                    high: narrowed(grid.high),
-                    flat_tolerance: FLAT_TOLERANCE,
-                    table_size: grid.size.map(|states| states as u32),
-                    terms: terms as u32,
-                    samples: samples as u32,
-                    groups_per_row: groups[0],
-                    reserved0: 0,
-                    reserved1: 0,
-                };
+                let params = refit::coefficients(table, terms, samples, method.pond);
                 let params = self.plan.add_params("pond_coefficients", &params);
-                let values: Vec<f32> = table.values().iter().map(|value| value.widened() as f32).collect();
+                let mut values = refit::table_values(table, terms);
+                values.resize(values.len().max(states * terms), 0.0);
                 let coefficients = self.plan.add_resource(Resource::buffer_with("coefficients", &values));
                 self.decide("pond_product", false, "terms are low-rank, not the paper's");
                 self.decide("pond_coefficients", true, format!("{terms} low-rank terms"));
-                pass("pond_coefficients", Some(params), &[heights, beams, coefficients, images, report])
+                let bindings = [heights, beams, coefficients, images, report];
+                (pass("pond_coefficients", Some(params), &bindings), Some((coefficients, params)))
             }
         };
         self.plan.steps.push(Step::Dispatch { pass: step, groups });
-        images
+        (images, coefficients)
     }
 }
-
-/// By how much equal states may differ in f32, as a share.
-const FLAT_TOLERANCE: f32 = 1e-5;
 
 /// A pass with its resources.
 fn pass(name: &str, params: Option<ParamsId>, bindings: &[ResourceId]) -> PassStep {

@@ -7,6 +7,7 @@ use rayon::prelude::*;
 use rustfft::FftPlanner;
 use rustfft::num_complex::Complex;
 
+use super::convolve::Kernels;
 use super::{Builder, pass};
 use crate::convolve::{Sample, TermSum, Window};
 use crate::passes::pond_crop::PondCrop;
@@ -75,7 +76,7 @@ impl Builder {
         padding: Padding,
         images: ResourceId,
         irradiance: ResourceId,
-    ) {
+    ) -> Kernels {
         let points = padding.points();
         let pairs = terms.kernels.len().div_ceil(2);
         let together = (MOST_BYTES / (16 * points)).clamp(1, pairs);
@@ -86,16 +87,13 @@ impl Builder {
         let spectrum = self.plan.add_resource(Resource::buffer("floor_spectrum", 8 * points as u64));
         let mut transforms =
             Transforms { roots, roots_count: longest, fields, padding, outside: terms.outside, made: 0 };
+        let mut buffers = Vec::new();
         for first in (0..pairs).step_by(together) {
             let count = together.min(pairs - first);
-            let kernels: Vec<[f32; 2]> = (2 * first..2 * (first + count))
-                .flat_map(|term| match terms.kernels.get(term) {
-                    Some(kernel) => kernel_spectrum(kernel, terms.window, padding),
-                    None => vec![[0.0; 2]; points],
-                })
-                .collect();
+            let kernels = pair_spectra(terms, padding, first, count);
             let kernels =
                 self.plan.add_resource(Resource::buffer_with(format!("kernel_spectra_{first}"), &kernels));
+            buffers.push((kernels, first, count));
             let size = self.grid.size();
             let image = Image { buffer: images, size, complex: false, first, count };
             let spectra = transforms.forward(self, image);
@@ -128,7 +126,23 @@ impl Builder {
         for pass in SPECTRAL_PASSES {
             self.decide(pass, true, &*spectra);
         }
+        Kernels::Spectra { buffers, padding }
     }
+}
+
+/// Spectra of `count` pairs of kernels from the pair `first` on; those that there are not are 0.
+pub(super) fn pair_spectra<T: Sample>(
+    terms: &TermSum<T>,
+    padding: Padding,
+    first: usize,
+    count: usize,
+) -> Vec<[f32; 2]> {
+    (2 * first..2 * (first + count))
+        .flat_map(|term| match terms.kernels.get(term) {
+            Some(kernel) => kernel_spectrum(kernel, terms.window, padding),
+            None => vec![[0.0; 2]; padding.points()],
+        })
+        .collect()
 }
 
 /// Transforms between two fields in turn.

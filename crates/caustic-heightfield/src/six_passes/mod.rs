@@ -15,7 +15,7 @@ use crate::exact::check_clear_of_floor;
 use crate::floor::{FloorGrid, FloorLight, floor_light};
 use crate::height_field::HeightField;
 use crate::pond::{Form, Pond};
-use crate::shadow::self_shadowed;
+use crate::shadow::Shadows;
 use crate::surface_light::SurfaceLight;
 use floor_sum::FloorSum;
 use surface_passes::{Inputs, Seen, surface_passes};
@@ -146,8 +146,14 @@ impl<F: Format> SixPasses<F> {
     pub fn floor(&self, surface: &HeightField) -> Result<SixPassFloor, PondError> {
         let (irradiance, clamped) = self.irradiance(surface)?;
         let light = SurfaceLight::new(surface, &self.pond)?;
-        let light =
-            floor_light(surface, &self.pond, &light, FloorGrid::below(surface), irradiance, self.tiles);
+        let light = floor_light(
+            surface.pitch_m(),
+            &self.pond,
+            light.report,
+            FloorGrid::below(surface),
+            irradiance,
+            self.tiles,
+        );
         Ok(SixPassFloor { light, clamped })
     }
 
@@ -159,12 +165,11 @@ impl<F: Format> SixPasses<F> {
         self.pond.check(surface)?;
         check_same_grid(surface, self.size, self.extent_m)?;
         check_clear_of_floor(surface, &self.pond)?;
-        let shadowed = match self.pond.form {
-            Form::Physical => self_shadowed(surface, self.pond.unit_light_direction(), self.pond.outside),
-            Form::Paper => vec![false; surface.heights_m.len()],
-        };
+        let physical = self.pond.form == Form::Physical;
+        let shadows =
+            physical.then(|| Shadows::new(surface, self.pond.unit_light_direction(), self.pond.outside));
         let (pond, highest_m, brightest) = (&self.pond, self.highest_m, self.brightest);
-        let inputs = Inputs { surface, pond, highest_m, brightest, shadowed };
+        let inputs = Inputs { surface, pond, highest_m, brightest, shadows };
         let values = self.surface.run(surface.heights_m.len(), |number, sample| inputs.at(number, sample));
         let sources =
             (0..3).map(|k| values.cells[k].iter().map(|&c| self.surface.value(k, c)).collect()).collect();

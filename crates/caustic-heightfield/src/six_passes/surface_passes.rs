@@ -8,6 +8,7 @@ use crate::adjusted::{Expressions, Format, Interval, Node};
 use crate::height_field::HeightField;
 use crate::normals::{ends, normal_of_slopes, slopes};
 use crate::pond::{Form, Pond};
+use crate::shadow::Shadows;
 
 /// Heights that a slope is made of: two pairs of neighbours.
 const ENDS: usize = 4;
@@ -115,18 +116,20 @@ pub(super) struct Inputs<'a> {
     pub(super) pond: &'a Pond,
     pub(super) highest_m: f64,
     pub(super) brightest: f64,
-    pub(super) shadowed: Vec<bool>,
+    /// Where the surface can shade itself.
+    pub(super) shadows: Option<Shadows<'a>>,
 }
 
 impl Inputs<'_> {
     /// The value of an input at a sample.
     pub(super) fn at(&self, number: usize, sample: usize) -> f64 {
-        if number == LAMP {
-            let dark = self.shadowed[sample] || self.brightest == 0.0;
-            return if dark { 0.0 } else { self.pond.illumination.at(sample) / self.brightest };
-        }
         let HeightField { size, heights_m, .. } = self.surface;
         let at = [sample % size[0], sample / size[0]];
+        if number == LAMP {
+            let hidden = self.shadows.is_some_and(|shadows| shadows.hide(at[0], at[1]));
+            let dark = hidden || self.brightest == 0.0;
+            return if dark { 0.0 } else { self.pond.illumination.at(sample) / self.brightest };
+        }
         let k = number / ENDS;
         let [low, high, steps] = ends(at[k], size[k], self.pond.normals, self.pond.outside);
         // A difference over two steps is the mean of two over one, a difference over one the mean of itself.

@@ -306,6 +306,26 @@ fn a_series_is_written_whole_or_not_at_all() {
     spectral("pond --frames 2 -o e#.exr").bad_usage(&["stands still", "frequency_rad_s"]);
 }
 
+/// A pebble's waves by the wave equation go on from frame to frame; a step that is too long is named with the longest.
+#[test]
+fn the_wave_equation_makes_a_series() {
+    let folder = tempfile::tempdir().expect("folder");
+    let pond = |step_s: f64| {
+        let surface = format!(
+            r#"{{"surface": {{"wave-equation": {{"speed_m_s": 1.0, "step_s": {step_s}, "time_s": 0.1,
+                "pebbles": [{{"position_m": [0.5, 0.5], "height_m": 0.005, "radius_m": 0.06}}]}}}}}}"#
+        );
+        fs::write(folder.path().join("pond.json"), surface).expect("written");
+        let command = "pond --scene pond.json --size 24 --frames 2 --step 0.2 --method convolution -o e#.exr";
+        spectral_in(folder.path(), command)
+    };
+    pond(0.01).done();
+    let [first, second] = ["e0.exr", "e1.exr"].map(|file| floor(folder.path(), file).heights_m);
+    assert!(relative_rms(&first, &second) > 0.01);
+    // 1 m/s on cells of 1/24 m: 1 / (24 sqrt 2) s.
+    pond(0.05).failed(&["0.05 s is unstable", "0.0294"]);
+}
+
 #[test]
 fn what_is_doubtful_is_said() {
     let folder = tempfile::tempdir().expect("folder");

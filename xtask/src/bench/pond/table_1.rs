@@ -172,15 +172,8 @@ impl Subject {
         let pebbles: Vec<Impulse> = (0..impulses)
             .map(|i| Impulse { position_m: [0.3, 0.2 + 0.2 * i as f64], start_s: 0.0, amplitude_m: 0.002 })
             .collect();
-        let ripple = Ripple {
-            front_m_s: 0.5,
-            alpha_per_s: 0.4,
-            beta_per_m: 3.0,
-            wave_number_rad_m: 60.0,
-            frequency_rad_s: 30.0,
-        };
         // By then all waves are all over the pond.
-        plan.write_impulses(executor, &ripple, &pebbles, WallImages::Four, 8.0)?;
+        plan.write_impulses(executor, &Ripple::PEBBLE, &pebbles, WallImages::Four, 8.0)?;
         warm_ms(&plan.plan, executor, rounds)
     }
 }
