@@ -10,6 +10,7 @@ use spectral_core::wavelengths::Scheme;
 
 use crate::choices::{Backend, Fit, Gaps, Glass, Method, Reflected, Rule, Way};
 use crate::pond::PondArgs;
+use crate::prt::PrtArgs;
 use crate::values::{self, Exposure, Size, WavelengthRange};
 use crate::view::ViewArgs;
 
@@ -41,6 +42,8 @@ pub(crate) enum Command {
     Plan(PlanArgs),
     /// Compute the light on the floor of a pond.
     Pond(PondArgs),
+    /// Show matt surfaces under a spectral sky, by precomputed transfer.
+    Prt(PrtArgs),
     /// List what can run plans on this machine.
     Devices(DevicesArgs),
     /// Write a scene as glTF.

@@ -32,6 +32,10 @@ pub const SCENES: Programs = Programs { passes: PASSES, spirv: ASM_PASSES };
 pub const PONDS: Programs =
     Programs { passes: caustic_heightfield::PASSES, spirv: caustic_heightfield::SPIRV_PASSES };
 
+/// Surfaces under skies, by their transfer.
+pub(crate) const RELIT: Programs =
+    Programs { passes: spectral_prt::PASSES, spirv: spectral_prt::SPIRV_PASSES };
+
 /// The executor that the options ask for.
 ///
 /// `auto` takes wgpu only on a real GPU: a software driver runs the same arithmetic on the same cores as the CPU

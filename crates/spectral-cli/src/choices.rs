@@ -315,6 +315,24 @@ impl FromStr for Dispersed {
     }
 }
 
+/// How a spectral basis is found.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub(crate) enum Basis {
+    /// The singular vectors of the spectra themselves (Peercy 1993).
+    Peercy,
+    /// The best for the colours that are shown.
+    Optimal,
+}
+
+impl FromStr for Basis {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        choose(text, &[("peercy", Self::Peercy), ("optimal", Self::Optimal)])
+    }
+}
+
 fn choose<T: Copy>(text: &str, built: &[(&str, T)]) -> Result<T, String> {
     if let Some((_, value)) = built.iter().find(|(name, _)| *name == text) {
         return Ok(*value);

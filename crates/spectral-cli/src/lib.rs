@@ -26,6 +26,7 @@ mod plan;
 mod pond;
 mod prices;
 mod progress;
+mod prt;
 mod reference;
 mod render;
 mod run_options;
@@ -85,6 +86,7 @@ fn dispatch(command: &Command, arguments: &[OsString]) -> Result<ExitCode, CliEr
         Command::Export(args) => export::run(args),
         Command::Plan(args) => plan::run(args),
         Command::Pond(args) => pond::run(args),
+        Command::Prt(args) => prt::run(args),
         Command::Render(args) => render::run(args),
         Command::View(_) => return view::start(&arguments[2..]),
     }

@@ -25,7 +25,9 @@ pub mod cache;
 
 pub mod cosine_lobe;
 mod error;
+pub mod figures;
 mod hemisphere;
+pub mod metamer;
 mod occlusion;
 mod panorama;
 pub mod passes;

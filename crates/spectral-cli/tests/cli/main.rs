@@ -5,6 +5,7 @@ mod inspect;
 mod matrices;
 mod pond;
 mod program;
+mod prt;
 mod render;
 mod usage;
 mod view;

@@ -3,7 +3,7 @@
 use spectral_core::basis::SpectralBasis;
 use spectral_core::grid::SpectralGrid;
 use spectral_core::observer::Observer;
-use spectral_core::patch::{rgb_albedo, rgb_light};
+use spectral_core::patch::{rgb_albedo, rgb_light, sampled_xyz};
 
 use super::error::RelightingError;
 use crate::bounces::SpectralTransfer;
@@ -109,6 +109,21 @@ impl Palette {
             coefficients: projection.coefficients(),
             entries: reflectances.iter().map(|r| projection.albedo(r)).collect(),
         }
+    }
+
+    /// Exact under one light: each reflectance's XYZ by sampling. A sky in this palette has one coefficient, its
+    /// radiance as a multiple of `light`.
+    ///
+    /// # Panics
+    /// If a spectrum has not one value per wavelength of the grid.
+    pub fn sampled(
+        grid: &SpectralGrid,
+        observer: Observer,
+        light: &[f64],
+        reflectances: &[Vec<f64>],
+    ) -> Self {
+        let entry = |r: &Vec<f64>| vec![vec![sampled_xyz(grid, observer, r, light)]];
+        Self { functions: 1, coefficients: 1, entries: reflectances.iter().map(entry).collect() }
     }
 
     /// How many albedos there are.

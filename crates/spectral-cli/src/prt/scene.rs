@@ -1,0 +1,192 @@
+//! Any scene under any sky.
+
+use serde::Serialize;
+use spectral_core::color_checker;
+use spectral_core::upsample::SmoothSpectrum;
+use spectral_prt::figures::GRID;
+use spectral_prt::{
+    Albedo, BounceSettings, Palette, Projection, RelitScene, SceneTransfer, Surface, TransferSettings,
+    add_bounces,
+};
+use spectral_scene::{Camera, Scene};
+
+use super::PrtArgs;
+use super::environment::Environment;
+use super::stage::{Lit, pictures, transfer};
+use crate::backend::{self, RELIT};
+use crate::choices::Basis;
+use crate::error::CliError;
+use crate::output::exr::ExrImage;
+use crate::output::png;
+use crate::progress::Progress;
+use crate::stats::{Stopwatch, json};
+use crate::targets::{self, ImageFormat};
+use crate::{messages, scene_argument};
+
+#[derive(Serialize)]
+struct SceneStats<'a> {
+    command: &'static str,
+    version: &'static str,
+    scene: &'a str,
+    basis: Basis,
+    coefficients: u32,
+    bands: u8,
+    bounces: u32,
+    /// Functions of the wavelength that its transfer has.
+    functions: usize,
+    vertices: usize,
+    output: String,
+    warnings: &'a [String],
+    backend: String,
+    backend_reason: String,
+    device: String,
+    driver: String,
+    frame_ms: f64,
+    /// Pixels whose Y is below zero: light of few bands rings. They are shown black.
+    ringing_pixels: usize,
+    times_ms: serde_json::Map<String, serde_json::Value>,
+}
+
+/// Matt objects of a scene.
+struct Matt {
+    surfaces: Vec<Surface>,
+    reflectances: Vec<Vec<f64>>,
+    camera: Camera,
+}
+
+pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
+    let (file, format) = targets::picture(&args.output)?;
+    let stats_file = targets::stats(args.stats.as_deref(), &file)?;
+    let environment = Environment::open(args.environment.as_deref())?;
+    let mut times = Stopwatch::start();
+    let opened = scene_argument::open(name)?;
+    let mut warnings = opened.warnings;
+    let matt = Matt::of(&opened.scene, name, &mut warnings)?;
+    times.did("open_scene");
+
+    let bands = args.bands()?;
+    let rays = TransferSettings::default().rays;
+    let direct = transfer(&matt.surfaces, bands, rays)?;
+    let bounced = match args.bounces {
+        0 => None,
+        bounces => {
+            let settings = BounceSettings { rays, bounces };
+            let bar = Progress::bar("bounces");
+            let all =
+                add_bounces(&matt.surfaces, &direct, GRID, &matt.reflectances, &settings, &mut |done| {
+                    bar.set(done)
+                });
+            Some(all.map_err(CliError::failed)?)
+        }
+    };
+    times.did("transfer");
+    // What is thrown on another surface has the colours of both.
+    let products = |r: &Vec<f64>| {
+        matt.reflectances
+            .iter()
+            .map(|s| r.iter().zip(s).map(|(r, s)| r * s).collect())
+            .collect::<Vec<Vec<f64>>>()
+    };
+    // A scene of greys alone has three coefficients; with the chart there are more for any scene, and for its sky.
+    let mut training = color_checker::sampled(&GRID);
+    training.extend(matt.reflectances.iter().cloned());
+    if bounced.is_some() {
+        training.extend(matt.reflectances.iter().flat_map(products));
+    }
+    let basis = args.basis(&training, &environment.training())?;
+    let (projection, transfer) = match &bounced {
+        None => (Projection::Spectral(&basis), SceneTransfer::Direct(&direct)),
+        Some(bounced) => (Projection::Bounced(&basis, bounced), SceneTransfer::Bounced(bounced)),
+    };
+    let palette = Palette::new(&projection, &matt.reflectances);
+    let albedos: Vec<Albedo> = (0..matt.surfaces.len() as u32).map(Albedo::Entry).collect();
+    let relit = RelitScene {
+        surfaces: &matt.surfaces,
+        transfer,
+        palette: &palette,
+        index_maps: &[],
+        spectral_maps: &[],
+        albedos: &albedos,
+    };
+    let (sky, balance) = environment.sky(bands, &basis);
+    let backend::Chosen { mut executor, reason } = backend::choose(&args.device, &RELIT)?;
+    let lit = [Lit { sky: &sky, balance }];
+    let (mut taken, frame_ms) = pictures(executor.as_mut(), &relit, &matt.camera, args.picture_size(), &lit)?;
+    let picture = taken.pop().expect("one light, one picture");
+    times.did("picture");
+
+    let ringing_pixels = picture.xyz.iter().filter(|xyz| xyz[1] < 0.0).count();
+    if ringing_pixels > 0 {
+        let problem = format!(
+            "{ringing_pixels} pixels are below zero and shown black: {} bands ring where light is strong; more ring less",
+            args.bands
+        );
+        messages::warn(&problem);
+        warnings.push(problem);
+    }
+    match format {
+        ImageFormat::Exr => ExrImage::from_linear_srgb(picture.size, &picture.linear_srgb())
+            .write(&file)
+            .map_err(|e| e.to_string()),
+        ImageFormat::Png => {
+            let display = picture.display(args.exposure);
+            png::write(&file, picture.size, &picture.srgb8(&display)).map_err(|e| e.to_string())
+        }
+    }
+    .map_err(|error| CliError::failed(format!("cannot write {}: {error}", args.output.display())))?;
+    times.did("write");
+    let Some(stats_file) = stats_file else { return Ok(()) };
+    let info = executor.info().clone();
+    let stats = SceneStats {
+        command: "prt",
+        version: env!("CARGO_PKG_VERSION"),
+        scene: &opened.scene.name,
+        basis: args.basis,
+        coefficients: args.coefficients(),
+        bands: args.bands,
+        bounces: args.bounces,
+        functions: projection.functions(),
+        vertices: matt.surfaces.iter().map(|s| s.positions().len()).sum(),
+        output: args.output.display().to_string(),
+        warnings: &warnings,
+        backend: info.executor,
+        backend_reason: reason,
+        device: info.device,
+        driver: info.driver,
+        frame_ms,
+        ringing_pixels,
+        times_ms: times.finish(),
+    };
+    targets::write_json(&stats_file, &json(&stats)?)
+}
+
+impl Matt {
+    /// What transfer can light, with the smooth spectra of its colours; what is left out is warned about.
+    ///
+    /// # Errors
+    /// A scene without matt objects, without anything to look from, or with a mesh that cannot be lit.
+    fn of(scene: &Scene, name: &str, warnings: &mut Vec<String>) -> Result<Self, CliError> {
+        let (mut surfaces, mut reflectances) = (Vec::new(), Vec::new());
+        for (i, object) in scene.objects.iter().enumerate() {
+            let material = &scene.materials[object.material];
+            if material.is_refractor() || material.is_metal() {
+                let problem = format!("`{}` is left out: transfer knows matt surfaces only", object.name);
+                messages::warn(&problem);
+                warnings.push(problem);
+                continue;
+            }
+            surfaces.push(Surface::of_object(scene, i).map_err(CliError::failed)?);
+            let spectrum = SmoothSpectrum::reflectance(material.base_color);
+            reflectances.push(GRID.sample(|lambda_nm| spectrum.at(lambda_nm)));
+        }
+        if surfaces.is_empty() {
+            return Err(CliError::Failed(format!(
+                "{name}: the scene has no matt object that transfer could light"
+            )));
+        }
+        let Some(camera) = scene.cameras.first().cloned().or_else(|| Camera::framing(scene)) else {
+            return Err(CliError::Failed(format!("{name}: the scene has nothing to look at")));
+        };
+        Ok(Self { surfaces, reflectances, camera })
+    }
+}

@@ -1,0 +1,79 @@
+//! Transfer from the cache, and frames of plans on whatever runs them.
+
+use frame_plan::Executor;
+use glam::DMat3;
+use spectral_core::patch::Shown;
+use spectral_prt::{
+    Bands, Exposure, Relighting, RelightingError, RelightingSettings, RelitScene, Shot, Sky, Surface,
+    Transfer, TransferSettings, cache, precompute,
+};
+use spectral_scene::Camera;
+
+use crate::backend::cache_folder;
+use crate::error::CliError;
+use crate::frame_time::WarmFrames;
+use crate::picture::Picture;
+use crate::progress::Progress;
+use crate::values::Size;
+
+/// Samples per pixel and axis.
+const SAMPLES: u32 = 2;
+
+/// Transfer of surfaces, from the user's cache where there is one.
+///
+/// # Errors
+/// What the cache's file system says.
+pub(super) fn transfer(surfaces: &[Surface], bands: Bands, rays: u32) -> Result<Transfer, CliError> {
+    let settings = TransferSettings { bands, rays };
+    let bar = Progress::bar("transfer");
+    let progress = &mut |done| bar.set(done);
+    match cache_folder() {
+        Some(folder) => cache::load_or_precompute(&folder.join("transfer"), surfaces, &settings, progress)
+            .map(|cached| cached.transfer),
+        None => precompute(surfaces, &settings, progress),
+    }
+    .map_err(CliError::failed)
+}
+
+/// A light and how it is shown.
+pub(super) struct Lit<'a> {
+    pub(super) sky: &'a Sky,
+    /// Its white becomes the screen's; none for what is in the screen's already.
+    pub(super) balance: Option<Shown>,
+}
+
+/// Pictures of a scene under lights, one after the other by one plan, and milliseconds of a warm frame.
+///
+/// # Errors
+/// A scene that does not fit the device; what the executor says.
+pub(super) fn pictures(
+    executor: &mut dyn Executor,
+    scene: &RelitScene<'_>,
+    camera: &Camera,
+    size: Size,
+    lights: &[Lit<'_>],
+) -> Result<(Vec<Picture>, f64), CliError> {
+    let settings = RelightingSettings { size: [size.width, size.height], samples: SAMPLES };
+    let exposure = |lit: &Lit<'_>| Exposure { factor: 1.0, balance: lit.balance };
+    let shots: Vec<Shot<'_>> = lights
+        .iter()
+        .map(|lit| Shot { sky: lit.sky, rotation: DMat3::IDENTITY, camera, exposure: exposure(lit) })
+        .collect();
+    let Some(first) = shots.first() else { return Ok((Vec::new(), 0.0)) };
+    let relighting = Relighting::new(scene, first, &settings, &executor.limits()).map_err(failed)?;
+    executor.prepare(&relighting.plan).map_err(CliError::failed)?;
+    let mut pictures = Vec::new();
+    for shot in &shots {
+        relighting.write(executor, shot).map_err(failed)?;
+        executor.execute().map_err(CliError::failed)?;
+        let picture = Picture { size, xyz: relighting.read(executor).map_err(CliError::failed)?.xyz };
+        picture.check()?;
+        pictures.push(picture);
+    }
+    let warm = WarmFrames::of(&relighting.plan, executor).map_err(CliError::failed)?;
+    Ok((pictures, warm.round_ms(executor).map_err(CliError::failed)?))
+}
+
+fn failed(error: RelightingError) -> CliError {
+    CliError::failed(error)
+}

@@ -1,0 +1,81 @@
+//! `spectral prt`: the figures and scenes, and what goes wrong.
+
+use std::fs;
+use std::path::Path;
+
+use crate::program::{files_in, spectral, spectral_in};
+
+fn stats(folder: &Path) -> serde_json::Value {
+    let text = fs::read_to_string(folder.join("s.json")).expect("statistics");
+    serde_json::from_str(&text).expect("JSON")
+}
+
+fn number(value: &serde_json::Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value} is no number"))
+}
+
+/// Width and height of a PNG file, from its header.
+fn png_size(path: &Path) -> [u32; 2] {
+    let bytes = fs::read(path).expect("a picture");
+    [16, 20].map(|at| u32::from_be_bytes(bytes[at..at + 4].try_into().expect("four bytes")))
+}
+
+/// The paper's second figure: five coefficients are not told from sampling, RGB is.
+#[test]
+fn the_chart_under_fl4_is_right_in_spectra_and_wrong_in_rgb() {
+    let folder = tempfile::tempdir().expect("folder");
+    let figure = |options: &str| {
+        let command = format!("prt --figure 2 --size 96x54 --backend cpu {options} -o f.png --stats s.json");
+        spectral_in(folder.path(), &command).done();
+        assert_eq!(png_size(&folder.path().join("f.png")), [3 * 96, 2 * 54]);
+        let lamp = stats(folder.path())["lamps"][0].clone();
+        assert_eq!(lamp["lamp"], "FL4");
+        lamp
+    };
+    let five = figure("");
+    assert!(number(&five["spectral"]["mean"]) < 0.15 && number(&five["spectral"]["max"]) < 0.5, "{five}");
+    assert!(number(&five["rgb"]["mean"]) > 5.0, "{five}");
+    let three = figure("--coefficients 3");
+    assert!(number(&three["spectral"]["mean"]) > 3.0 * number(&five["spectral"]["mean"]), "{three}");
+}
+
+#[test]
+fn a_scene_is_lit_by_its_sky_and_what_is_not_matt_is_left_out() {
+    let folder = tempfile::tempdir().expect("folder");
+    let run = |options: &str| {
+        let command = format!("prt prism --size 40x30 --backend cpu {options} --stats s.json");
+        spectral_in(folder.path(), &command).done();
+        stats(folder.path())
+    };
+    let lit = run("-o p.png");
+    assert_eq!(png_size(&folder.path().join("p.png")), [40, 30]);
+    let warnings = lit["warnings"].as_array().expect("a list");
+    assert!(warnings.iter().any(|w| w.as_str().is_some_and(|w| w.contains("left out"))), "{lit}");
+    assert_eq!((&lit["backend"], &lit["functions"]), (&"cpu".into(), &1.into()));
+    let bounced = run("--bounces 1 --environment FL11 -o p.exr");
+    assert_eq!(bounced["bounces"], 1);
+    assert!(folder.path().join("p.exr").exists());
+}
+
+#[test]
+fn what_makes_no_sense_is_refused_before_any_work() {
+    let folder = tempfile::tempdir().expect("folder");
+    let refused = |command: &str, said: &[&str]| {
+        spectral_in(folder.path(), command).bad_usage(said);
+        assert_eq!(files_in(folder.path()), [""; 0], "{command}");
+    };
+    refused("prt prism --environment moonlight -o p.png", &["moonlight", "no such illuminant", "D65"]);
+    refused("prt --figure 3 -o p.png", &["--figure", "1..=2"]);
+    refused("prt --figure 1 -o p.exr", &["--output", ".png"]);
+    refused("prt --figure 1 --environment A -o p.png", &["--environment"]);
+    refused("prt -o p.png", &["SCENE"]);
+    refused("prt prism --bands 11 -o p.png", &["--bands", "1..=10"]);
+    refused("prt nothing-like-it -o p.png", &["nothing-like-it"]);
+    spectral("prt prism --backend cpu --adapter x -o p.png").bad_usage(&["--adapter \"x\" names a GPU"]);
+}
+
+/// More coefficients than there are colours: both numbers are said.
+#[test]
+fn a_basis_has_no_more_coefficients_than_its_training_has_rank() {
+    spectral("prt --figure 2 --coefficients 61 -o p.png").bad_usage(&["--coefficients 61", "rank"]);
+}
