@@ -18,12 +18,12 @@ fn light(illuminant: Illuminant) -> Vec<f64> {
 fn pair(patch: usize, settings: MetamerSettings) -> Metamer {
     let standard = &color_checker::sampled(&GRID)[patch];
     let (day, lamp) = (light(Illuminant::D65), light(Illuminant::A));
-    metamer(&GRID, OBSERVER, standard, &day, &lamp, settings).unwrap()
+    metamer(&GRID, OBSERVER, standard, &day, &lamp, settings).expect("a metamer")
 }
 
 fn delta_e(illuminant: Illuminant, a: &[f64], b: &[f64]) -> f64 {
     let light = light(illuminant);
-    let shown = Shown::under(light_xyz(&GRID, OBSERVER, &light)).unwrap();
+    let shown = Shown::under(light_xyz(&GRID, OBSERVER, &light)).expect("a white");
     let lab = |r: &[f64]| shown.lab(sampled_xyz(&GRID, OBSERVER, r, &light));
     delta_e_2000(lab(a), lab(b))
 }
