@@ -162,7 +162,11 @@ impl ViewArgs {
     }
 
     fn option_of_scenes(&self) -> Option<&'static str> {
-        let given = [("--wavelengths", self.wavelengths.is_some()), ("--emission", self.emission.is_some())];
+        let given = [
+            ("--wavelengths", self.wavelengths.is_some()),
+            ("--emission", self.emission.is_some()),
+            ("--refraction", self.plan.refraction.is_some()),
+        ];
         let given = given.into_iter().find(|(_, given)| *given);
         given.map(|(option, _)| option).or_else(|| self.plan.given())
     }
@@ -183,13 +187,7 @@ impl ViewArgs {
 
 /// Water at rest under light from 20 degrees, for waves that focus on its floor.
 fn still_water() -> PondScene {
-    let ripple = Ripple {
-        front_m_s: 0.5,
-        alpha_per_s: 0.4,
-        beta_per_m: 3.0,
-        wave_number_rad_m: 60.0,
-        frequency_rad_s: 30.0,
-    };
+    let ripple = Ripple::PEBBLE;
     let at_rest = Surface::Impulses { ripple, impulses: Vec::new(), walls: WallImages::Four, time_s: 0.0 };
     let scene = PondScene::default();
     PondScene { pond: Pond { scattering: 500.0, ..scene.pond }, surface: at_rest, ..scene }

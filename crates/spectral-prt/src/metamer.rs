@@ -206,15 +206,7 @@ impl<'a> Program<'a> {
                 bounds.push(bend);
             }
         }
-        let (rows, columns, values) = entries.into_iter().fold(
-            (Vec::new(), Vec::new(), Vec::new()),
-            |(mut rows, mut columns, mut values), (row, column, value)| {
-                rows.push(row);
-                columns.push(column);
-                values.push(value);
-                (rows, columns, values)
-            },
-        );
+        let (rows, columns, values): (Vec<_>, Vec<_>, Vec<_>) = entries.into_iter().collect();
         let constraints = CscMatrix::new_from_triplets(bounds.len(), samples, rows, columns, values);
         Self { standard, constraints, bounds }
     }

@@ -39,7 +39,7 @@ struct FigureStats {
     backend_reason: String,
     device: String,
     driver: String,
-    /// Median of warm frames, of the whole plan.
+    /// Milliseconds of a warm frame of the whole plan, mean of a batch.
     frame_ms: FrameTimes,
     lamps: Vec<LampStats>,
     /// Of the first figure: each colour and its metamer.
@@ -97,7 +97,7 @@ pub(super) fn metacow(args: &PrtArgs) -> Result<(), CliError> {
             shown: pair.metamer.shown_delta_e,
         })
         .collect();
-    write(args, &figure, 1, &METACOW_LAMPS, pairs, times, |shown, display, _| {
+    write(args, &figure, 1, &METACOW_LAMPS, pairs, times, &|shown, display, _| {
         let picture = |picture: &Picture| picture.srgb8(display);
         shown
             .spectral
@@ -115,7 +115,7 @@ pub(super) fn metacow(args: &PrtArgs) -> Result<(), CliError> {
 pub(super) fn color_checker(args: &PrtArgs) -> Result<(), CliError> {
     let figure = figures::painted_knot();
     let times = Stopwatch::start();
-    write(args, &figure, 2, &[CHART_LAMP], Vec::new(), times, |shown, display, wrong| {
+    write(args, &figure, 2, &[CHART_LAMP], Vec::new(), times, &|shown, display, wrong| {
         let pictures = [&shown.sampled[0], &shown.spectral[0], &shown.rgb[0]].map(|p| p.srgb8(display));
         let [spectral, rgb] = &wrong[0];
         vec![pictures.to_vec(), vec![scale(args.panel_size()), difference_map(spectral), difference_map(rgb)]]
@@ -125,16 +125,15 @@ pub(super) fn color_checker(args: &PrtArgs) -> Result<(), CliError> {
 /// Rows of panels from pictures, display, and the differences of `spectral` and `rgb` from sampling under each lamp.
 type Layout<'a> = dyn Fn(&Shown3, &Display, &[[Vec<f64>; 2]]) -> Vec<Vec<Vec<[u8; 3]>>> + 'a;
 
-fn write<'a>(
-    args: &'a PrtArgs,
+fn write(
+    args: &PrtArgs,
     figure: &Figure,
     number: u8,
     under: &[Illuminant],
     pairs: Vec<PairStats>,
     mut times: Stopwatch,
-    layout: impl Fn(&Shown3, &Display, &[[Vec<f64>; 2]]) -> Vec<Vec<Vec<[u8; 3]>>> + 'a,
+    layout: &Layout<'_>,
 ) -> Result<(), CliError> {
-    let layout: &Layout<'_> = &layout;
     let file = targets::png("--output", &args.output)?;
     let stats_file = targets::stats(args.stats.as_deref(), &file)?;
     let shown = shown(args, figure, under, &mut times)?;
