@@ -1,9 +1,10 @@
 //! `spectral prt`: matt surfaces under spectral skies, by precomputed transfer (Schwenk et al. 2010).
 
-mod environment;
+pub(crate) mod environment;
 mod figure;
 mod panels;
 mod scene;
+mod sky_file;
 mod stage;
 
 use std::path::PathBuf;
@@ -28,7 +29,8 @@ pub(crate) struct PrtArgs {
     /// FL4 (sampled every 5 nm, in spectra, in RGB, and their CIE94 differences from the first, bright is 10).
     #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2), allow_negative_numbers = true)]
     figure: Option<u8>,
-    /// The sky: an equirectangular EXR file with R, G and B, or the name of an illuminant for an overcast one [default: D65].
+    /// The sky: an equirectangular EXR file with R, G and B or with spectra, a JSON file of harmonics and spectra, or the name of an
+    /// illuminant for an overcast one [default: D65].
     #[arg(long, value_name = "FILE|ILLUMINANT", conflicts_with = "figure")]
     environment: Option<String>,
     /// Spectral basis: peercy or optimal.

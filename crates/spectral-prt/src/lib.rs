@@ -12,7 +12,8 @@
 //! so light, its spectrum and its orientation may change at any time without a new transfer. V is 0 where the scene
 //! itself blocks the direction. [`precompute`] finds T by rays on all cores, [`cache`] keeps it on disk.
 //!
-//! A [`Sky`] is such light, from an illuminant or from a [`Panorama`], and shows surfaces by their transfer.
+//! A [`SpectralSky`] is such light at every wavelength, from spectra, a [`Panorama`] or a [`SpectralPanorama`]; a [`Sky`] is the same in
+//! the coefficients of a basis, and shows surfaces by their transfer.
 //! Light that surfaces throw on each other has their colours: [`add_bounces`] makes the transfer spectral, as far as it is.
 //!
 //! [`Relighting`] makes a plan of it that every executor runs: see [`passes`].
@@ -24,6 +25,7 @@ mod bounces;
 pub mod cache;
 
 pub mod cosine_lobe;
+mod equirectangular;
 mod error;
 pub mod figures;
 mod hemisphere;
@@ -33,9 +35,12 @@ mod panorama;
 pub mod passes;
 mod reflected;
 mod relighting;
+mod resampling;
 pub mod sh;
 pub mod shared;
 mod sky;
+mod spectral_panorama;
+mod spectral_sky;
 mod surface;
 mod transfer;
 mod upsampled;
@@ -51,6 +56,9 @@ pub use relighting::{
     Albedo, AlbedoTerms, Exposure, IndexMap, Palette, Projection, Relighting, RelightingError,
     RelightingSettings, RelitScene, RoundTrip, SceneTransfer, Shot, SpectralMap,
 };
+pub use resampling::{Resampling, WavelengthsError};
 pub use sky::Sky;
+pub use spectral_panorama::{SpectralPanorama, SpectralPanoramaError};
+pub use spectral_sky::{ShapeError, SpectralSky, shape_of_bands};
 pub use surface::Surface;
 pub use transfer::{Transfer, TransferSettings, precompute};

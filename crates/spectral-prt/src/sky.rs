@@ -6,10 +6,10 @@ use spectral_core::basis::SpectralBasis;
 
 use crate::bands::Bands;
 use crate::bounces::SpectralTransfer;
+use crate::equirectangular;
 use crate::panorama::Panorama;
-use crate::sh::{self, ShRotation};
+use crate::sh::ShRotation;
 use crate::transfer::Transfer;
-use crate::upsampled::Upsampled;
 
 /// Light from far away: for each coefficient of a spectral basis, the coefficients of its directions.
 ///
@@ -39,33 +39,17 @@ impl Sky {
         Self { bands, light: light.iter().map(|l| shape.iter().map(|s| s * l).collect()).collect() }
     }
 
-    /// The surroundings of a picture, each texel as D65 times the smooth spectrum of its colour.
-    pub fn from_panorama(bands: Bands, panorama: &Panorama, basis: &SpectralBasis) -> Self {
-        let spectra = Upsampled::new(basis);
-        Self::projected(bands, panorama, spectra.coefficients(), |colour, sum| spectra.add(colour, 1.0, sum))
-    }
-
     /// The surroundings of a picture in linear sRGB: three spectral coefficients.
     pub fn rgb_from_panorama(bands: Bands, panorama: &Panorama) -> Self {
-        Self::projected(bands, panorama, 3, |colour, sum| sum.copy_from_slice(&colour))
+        let texels = panorama.linear_srgb();
+        let light = equirectangular::projected(bands, panorama.size(), 3, |texel, value| {
+            value.copy_from_slice(&texels[texel].map(f64::from));
+        });
+        Self { bands, light }
     }
 
-    fn projected(
-        bands: Bands,
-        panorama: &Panorama,
-        coefficients: usize,
-        add: impl Fn([f64; 3], &mut [f64]),
-    ) -> Self {
-        let mut light = vec![vec![0.0; bands.coefficients()]; coefficients];
-        let (mut spectrum, mut harmonics) = (vec![0.0; coefficients], vec![0.0; bands.coefficients()]);
-        for (direction, solid_angle, colour) in panorama.texels() {
-            spectrum.fill(0.0);
-            add(colour, &mut spectrum);
-            sh::evaluate(bands, direction, &mut harmonics);
-            for (light, s) in light.iter_mut().zip(&spectrum) {
-                light.iter_mut().zip(&harmonics).for_each(|(l, y)| *l += s * solid_angle * y);
-            }
-        }
+    /// Any light: for each spectral coefficient the harmonic coefficients.
+    pub(crate) fn of_light(bands: Bands, light: Vec<Vec<f64>>) -> Self {
         Self { bands, light }
     }
 

@@ -1,30 +1,29 @@
-//! Basis coefficients of light given as linear sRGB.
+//! Spectra of light given as linear sRGB.
 
 use rayon::prelude::*;
-use spectral_core::basis::SpectralBasis;
+use spectral_core::grid::SpectralGrid;
 use spectral_core::illuminant::Illuminant;
+use spectral_core::observer::Observer;
 use spectral_core::patch::light_xyz;
 use spectral_core::upsample::SmoothSpectrum;
 
 /// Intervals of the table along each side of a face.
 const STEPS: usize = 48;
 
-/// Coefficients of D65 times the smooth spectrum of a colour (Jakob & Hanika 2019), for every chromaticity.
+/// D65 times the smooth spectrum of a colour (Jakob & Hanika 2019), for every chromaticity: on a grid, white having Y = 1.
 ///
 /// A colour is its largest component times a point on one of three faces of the unit cube; the table has a grid of solved
 /// spectra on each, closer together towards saturated colours, where spectra change fast, and linear between them. White
 /// is a corner and exact.
 pub(crate) struct Upsampled {
-    coefficients: usize,
     /// Face after face, node after node.
     nodes: Vec<Vec<f64>>,
 }
 
 impl Upsampled {
-    pub(crate) fn new(basis: &SpectralBasis) -> Self {
-        let grid = basis.grid();
+    pub(crate) fn new(grid: &SpectralGrid, observer: Observer) -> Self {
         let d65 = grid.sample(|lambda_nm| Illuminant::D65.relative_power(lambda_nm));
-        let y = light_xyz(grid, basis.observer(), &d65)[1];
+        let y = light_xyz(grid, observer, &d65)[1];
         let side = STEPS + 1;
         let nodes = (0..3 * side * side)
             .into_par_iter()
@@ -35,16 +34,14 @@ impl Upsampled {
                 colour[(face + 1) % 3] = share(at % side);
                 colour[(face + 2) % 3] = share(at / side);
                 let shape = SmoothSpectrum::reflectance(colour);
-                let light: Vec<f64> =
-                    d65.iter().enumerate().map(|(i, d)| d / y * shape.at(grid.lambda_nm(i))).collect();
-                basis.light_coefficients(&light)
+                d65.iter().enumerate().map(|(i, d)| d / y * shape.at(grid.lambda_nm(i))).collect()
             })
             .collect();
-        Self { coefficients: basis.coefficients(), nodes }
+        Self { nodes }
     }
 
-    /// Adds `scale` times the coefficients of a colour that is not negative.
-    pub(crate) fn add(&self, colour: [f64; 3], scale: f64, sum: &mut [f64]) {
+    /// Adds the spectrum of a colour that is not negative.
+    pub(crate) fn add(&self, colour: [f64; 3], sum: &mut [f64]) {
         let face = (1..3).fold(0, |best, c| if colour[c] > colour[best] { c } else { best });
         let largest = colour[face];
         if largest == 0.0 {
@@ -65,22 +62,14 @@ impl Upsampled {
             [(0, (1.0 - s) * (1.0 - t)), (1, s * (1.0 - t)), (side, (1.0 - s) * t), (side + 1, s * t)];
         for (offset, weight) in corners {
             let node = &self.nodes[first + offset];
-            sum.iter_mut().zip(node).for_each(|(sum, c)| *sum += scale * largest * weight * c);
+            sum.iter_mut().zip(node).for_each(|(sum, c)| *sum += largest * weight * c);
         }
-    }
-
-    pub(crate) fn coefficients(&self) -> usize {
-        self.coefficients
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use spectral_core::basis::{Optimal, Training};
-    use spectral_core::color_checker;
-    use spectral_core::grid::SpectralGrid;
-    use spectral_core::observer::Observer;
     use spectral_core::rgb::xyz_from_linear_srgb;
 
     /// The table's colours are those of the solved spectra, and these, on 5 nm from 400 to 700, nearly those asked for.
@@ -88,21 +77,15 @@ mod tests {
     fn colours_come_back() {
         let grid = SpectralGrid::SCHWENK_2010;
         let observer = Observer::Cie1931;
-        let reflectances = color_checker::sampled(&grid);
-        let lights: Vec<Vec<f64>> =
-            Illuminant::ALL.iter().map(|i| grid.sample(|l| i.relative_power(l))).collect();
-        let training = Training { grid, observer, reflectances: &reflectances, lights: &lights };
-        let basis = training.optimal(8, Optimal::default()).unwrap();
-        let white = basis.albedo_coefficients(&grid.sample(|_| 1.0));
-        let table = Upsampled::new(&basis);
-        let d65 = &lights[2];
-        let y = light_xyz(&grid, observer, d65)[1];
+        let table = Upsampled::new(&grid, observer);
+        let d65 = grid.sample(|lambda_nm| Illuminant::D65.relative_power(lambda_nm));
+        let y = light_xyz(&grid, observer, &d65)[1];
         let (mut by_table, mut by_grid): (f64, f64) = (0.0, 0.0);
         let shares = [0.02, 0.1, 0.35, 0.7, 1.0];
         for (r, g, b) in (0..125).map(|i| (shares[i % 5], shares[i / 5 % 5], shares[i / 25])) {
-            let mut coefficients = vec![0.0; 8];
-            table.add([r, g, b], 1.0, &mut coefficients);
-            let seen = SpectralBasis::xyz(&white, &coefficients);
+            let mut spectrum = vec![0.0; grid.samples()];
+            table.add([r, g, b], &mut spectrum);
+            let seen = light_xyz(&grid, observer, &spectrum);
             let shape = SmoothSpectrum::reflectance([r, g, b]);
             let light: Vec<f64> =
                 d65.iter().enumerate().map(|(i, d)| d / y * shape.at(grid.lambda_nm(i))).collect();
@@ -119,8 +102,8 @@ mod tests {
         }
         println!("largest error of X, Y, Z over their sum: table {by_table:.1e}, grid {by_grid:.1e}");
         assert!(by_table < 7e-3 && by_grid < 8e-3, "{by_table} {by_grid}");
-        let mut black = vec![0.0; 8];
-        table.add([0.0; 3], 1.0, &mut black);
-        assert_eq!(black, [0.0; 8]);
+        let mut black = vec![0.0; grid.samples()];
+        table.add([0.0; 3], &mut black);
+        assert!(black.iter().all(|v| *v == 0.0));
     }
 }

@@ -2,37 +2,32 @@
 
 use std::path::Path;
 
-use spectral_core::basis::SpectralBasis;
+use glam::DVec3;
 use spectral_core::illuminant::Illuminant;
 use spectral_core::patch::{Shown, light_xyz};
-use spectral_core::upsample::SmoothSpectrum;
 use spectral_prt::figures::{GRID, OBSERVER};
-use spectral_prt::{Bands, Panorama, Sky};
+use spectral_prt::{Bands, Panorama, SpectralPanorama, SpectralSky};
 
-use super::{lamps, power};
+use super::{lamps, power, sky_file};
 use crate::error::CliError;
 
-/// Colours that skies of pictures are made of, linear sRGB: what a basis should know besides lamps.
-const SKY_COLOURS: [[f64; 3]; 6] =
-    [[0.9, 0.1, 0.1], [0.1, 0.9, 0.1], [0.1, 0.1, 0.9], [0.9, 0.9, 0.1], [0.1, 0.9, 0.9], [0.9, 0.1, 0.9]];
-
 /// Where light comes from.
-pub(super) enum Environment {
-    /// Evenly from everywhere.
-    Lamp(Illuminant),
-    /// As in a picture, in D65 times the spectra of its colours.
-    Picture(Panorama),
+pub(crate) struct Environment {
+    pub(crate) sky: SpectralSky,
+    /// The light whose white becomes the screen's.
+    pub(crate) white: Vec<f64>,
 }
 
 impl Environment {
-    /// An illuminant's name, or a file.
+    /// An illuminant's name, or a file: a sky file (`.json`), a spectral picture or one in RGB (`.exr`).
     ///
     /// # Errors
     /// A usage error for what is neither; what the file says.
-    pub(super) fn open(name: Option<&str>) -> Result<Self, CliError> {
+    pub(super) fn open(name: Option<&str>, bands: Bands) -> Result<Self, CliError> {
         let name = name.unwrap_or("D65");
         if let Ok(lamp) = name.parse() {
-            return Ok(Self::Lamp(lamp));
+            let white = power(lamp);
+            return Ok(Self { sky: SpectralSky::even(bands, GRID, &white), white });
         }
         let path = Path::new(name);
         if !path.exists() {
@@ -42,34 +37,47 @@ impl Environment {
                 known.join(", ")
             )));
         }
-        Panorama::from_exr(path).map(Self::Picture).map_err(CliError::failed)
+        let failed = |problem: &dyn std::fmt::Display| CliError::failed(format!("{name}: {problem}"));
+        let sky = if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("json")) {
+            sky_file::open(path, bands)?
+        } else if SpectralPanorama::is_in(path) {
+            let panorama = SpectralPanorama::from_exr(path).map_err(|error| failed(&error))?;
+            SpectralSky::from_spectral_panorama(bands, GRID, &panorama).map_err(|error| failed(&error))?
+        } else {
+            let panorama = Panorama::from_exr(path).map_err(CliError::failed)?;
+            let sky = SpectralSky::from_panorama(bands, GRID, OBSERVER, &panorama);
+            // Whoever made a picture in RGB has balanced it: its white is D65 with Y = 1.
+            return Ok(Self { sky, white: unit(&power(Illuminant::D65)) });
+        };
+        Ok(Self { white: sky.mean(), sky })
     }
 
-    /// Lights that a basis should know.
+    /// Lights that a basis should know: all lamps, and what comes from the sky here and there.
     pub(super) fn training(&self) -> Vec<Vec<f64>> {
         let mut lights = lamps();
-        if let Self::Picture(_) = self {
-            let day = power(Illuminant::D65);
-            lights.extend(SKY_COLOURS.map(|colour| {
-                let spectrum = SmoothSpectrum::reflectance(colour);
-                (0..GRID.samples()).map(|i| day[i] * spectrum.at(GRID.lambda_nm(i))).collect()
-            }));
-        }
+        let from_sky = directions().map(|direction| self.sky.radiance(direction));
+        // Between strong lights few bands ring below zero.
+        let is_light = |light: &Vec<f64>| light.iter().all(|l| *l >= 0.0) && light.iter().any(|l| *l > 0.0);
+        lights.extend([self.sky.mean()].into_iter().chain(from_sky).filter(is_light));
         lights
     }
 
-    /// The light and the white that becomes the screen's.
-    pub(super) fn sky(&self, bands: Bands, basis: &SpectralBasis) -> (Sky, Option<Shown>) {
-        match self {
-            Self::Lamp(lamp) => {
-                let power = power(*lamp);
-                let white = Shown::under(light_xyz(&GRID, OBSERVER, &power));
-                (Sky::even(bands, &basis.light_coefficients(&power)), white)
-            }
-            Self::Picture(panorama) => {
-                let white = Shown::under(light_xyz(&GRID, OBSERVER, &power(Illuminant::D65)));
-                (Sky::from_panorama(bands, panorama, basis), white)
-            }
-        }
+    /// From the colours under it to the screen's.
+    pub(super) fn balance(&self) -> Option<Shown> {
+        Shown::under(light_xyz(&GRID, OBSERVER, &self.white))
     }
+}
+
+/// With Y = 1.
+pub(super) fn unit(light: &[f64]) -> Vec<f64> {
+    let y = light_xyz(&GRID, OBSERVER, light)[1];
+    light.iter().map(|l| l / y).collect()
+}
+
+/// To the faces and corners of a cube.
+fn directions() -> impl Iterator<Item = DVec3> {
+    let along = |i: i32| f64::from(i - 1);
+    let all = (0..27).map(move |i| DVec3::new(along(i % 3), along(i / 3 % 3), along(i / 9)));
+    let used = |v: &DVec3| [1, 3].contains(&v.to_array().iter().filter(|c| **c != 0.0).count());
+    all.filter(used).map(DVec3::normalize)
 }

@@ -57,14 +57,14 @@ struct Matt {
 pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     let (file, format) = targets::picture(&args.output)?;
     let stats_file = targets::stats(args.stats.as_deref(), &file)?;
-    let environment = Environment::open(args.environment.as_deref())?;
+    let bands = args.bands()?;
+    let environment = Environment::open(args.environment.as_deref(), bands)?;
     let mut times = Stopwatch::start();
     let opened = scene_argument::open(name)?;
     let mut warnings = opened.warnings;
     let matt = Matt::of(&opened.scene, name, &mut warnings)?;
     times.did("open_scene");
 
-    let bands = args.bands()?;
     let rays = TransferSettings::default().rays;
     let direct = transfer(&matt.surfaces, bands, rays)?;
     let bounced = match args.bounces {
@@ -108,7 +108,7 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
         spectral_maps: &[],
         albedos: &albedos,
     };
-    let (sky, balance) = environment.sky(bands, &basis);
+    let (sky, balance) = (environment.sky.projected(&projection), environment.balance());
     let backend::Chosen { mut executor, reason } = backend::choose(&args.device, &RELIT)?;
     let lit = [Lit { sky: &sky, balance }];
     let (mut taken, frame_ms) = pictures(executor.as_mut(), &relit, &matt.camera, args.picture_size(), &lit)?;

@@ -3,6 +3,12 @@
 use std::fs;
 use std::path::Path;
 
+use exr::prelude::{
+    AnyChannel, AnyChannels, AttributeValue, Encoding, FlatSamples, Image, Layer, LayerAttributes, Text,
+    WritableImage, read_first_rgba_layer_from_file,
+};
+use spectral_core::illuminant::Illuminant;
+
 use crate::program::{files_in, spectral, spectral_in};
 
 fn stats(folder: &Path) -> serde_json::Value {
@@ -55,6 +61,78 @@ fn a_scene_is_lit_by_its_sky_and_what_is_not_matt_is_left_out() {
     let bounced = run("--bounces 1 --environment FL11 -o p.exr");
     assert_eq!(bounced["bounces"], 1);
     assert!(folder.path().join("p.exr").exists());
+}
+
+/// An equirectangular picture in the JCGT's spectral layout: the same everywhere, every 5 nm.
+fn write_even_sky(path: &Path, channel: &str, radiance: impl Fn(f64) -> f64) {
+    let size = (6, 3);
+    let list = (380..=780).step_by(5).map(|nm| {
+        AnyChannel::new(
+            &*format!("{channel}.{nm},0nm"),
+            FlatSamples::F32(vec![radiance(nm.into()) as f32; 18]),
+        )
+    });
+    let mut own = LayerAttributes::default();
+    for (name, value) in [("spectralLayoutVersion", "1.0"), ("emissiveUnits", "W.m^-2.sr^-1")] {
+        own.other.insert(Text::from(name), AttributeValue::Text(Text::from(value)));
+    }
+    let layer = Layer::new(size, own, Encoding::UNCOMPRESSED, AnyChannels::sort(list.collect()));
+    Image::from_layer(layer).write().to_file(path).expect("written");
+}
+
+/// Linear sRGB of a picture.
+fn pixels(path: &Path) -> Vec<[f32; 3]> {
+    let read = read_first_rgba_layer_from_file(
+        path,
+        |size, _| vec![vec![[0.0; 3]; size.width()]; size.height()],
+        |rows, at, (r, g, b, _): (f32, f32, f32, f32)| rows[at.y()][at.x()] = [r, g, b],
+    );
+    read.expect("a picture").layer_data.channel_data.pixels.concat()
+}
+
+/// A spectral picture and a sky file that are the same everywhere show coloured walls as their illuminant does.
+#[test]
+fn skies_from_files_are_their_illuminants() {
+    let folder = tempfile::tempdir().expect("folder");
+    let in_folder = |name: &str| folder.path().join(name);
+    write_even_sky(&in_folder("sky.exr"), "S0", |nm| 0.03 * Illuminant::Fl11.relative_power(nm));
+    let even = r#"{"lights": [{"spectrum": {"illuminant": "FL11"}, "bands": [[1.0]]}]}"#;
+    fs::write(in_folder("sky.json"), even).expect("written");
+    let shown = |environment: &str| {
+        let command = format!("prt glass --size 24x18 --backend cpu --environment {environment} -o p.exr");
+        spectral_in(folder.path(), &command).done();
+        pixels(&in_folder("p.exr"))
+    };
+    let difference = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+        let each = a.as_flattened().iter().zip(b.as_flattened());
+        each.map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+    };
+    let lamp = shown("FL11");
+    for file in ["sky.exr", "sky.json"] {
+        let error = difference(&lamp, &shown(file));
+        assert!(error < 1e-5, "{file}: {error}");
+    }
+    // Another lamp, and the same from one side.
+    assert!(difference(&lamp, &shown("A")) > 0.01);
+    let side = even.replace("[[1.0]]", "[[1.0], [0.0, 0.0, 0.5]]");
+    fs::write(in_folder("side.json"), side).expect("written");
+    assert!(difference(&lamp, &shown("side.json")) > 0.01);
+}
+
+#[test]
+fn skies_that_are_none_are_named() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_even_sky(&folder.path().join("paint.exr"), "T", |_| 0.5);
+    write_even_sky(&folder.path().join("cold.exr"), "S0", |nm| 550.0 - nm);
+    fs::write(folder.path().join("sky.json"), "{}").expect("written");
+    let failed = |sky: &str, said: &[&str]| {
+        let command = format!("prt prism --backend cpu --environment {sky} -o p.png");
+        spectral_in(folder.path(), &command).failed(said);
+        assert!(!folder.path().join("p.png").exists());
+    };
+    failed("paint.exr", &["paint.exr", "reflectances", "S0.<nm>nm"]);
+    failed("cold.exr", &["cold.exr", "column 0, row 0", "555 nm", "not negative"]);
+    failed("sky.json", &["sky.json", "lights"]);
 }
 
 #[test]

@@ -21,6 +21,9 @@ pub enum Projection<'a> {
     Bounced(&'a SpectralBasis, &'a SpectralTransfer),
     /// Linear sRGB in place of a basis: RGB transfer, for comparison. Three coefficients.
     Rgb(SpectralGrid, Observer),
+    /// No basis, but every wavelength of the grid (Schwenk et al. 2010, eq. 3): what the others are compared with. As many
+    /// coefficients as wavelengths.
+    Sampled(SpectralGrid, Observer),
 }
 
 impl Projection<'_> {
@@ -28,7 +31,7 @@ impl Projection<'_> {
     pub fn grid(&self) -> &SpectralGrid {
         match self {
             Self::Spectral(basis) | Self::Bounced(basis, _) => basis.grid(),
-            Self::Rgb(grid, _) => grid,
+            Self::Rgb(grid, _) | Self::Sampled(grid, _) => grid,
         }
     }
 
@@ -36,7 +39,7 @@ impl Projection<'_> {
     pub fn observer(&self) -> Observer {
         match self {
             Self::Spectral(basis) | Self::Bounced(basis, _) => basis.observer(),
-            Self::Rgb(_, observer) => *observer,
+            Self::Rgb(_, observer) | Self::Sampled(_, observer) => *observer,
         }
     }
 
@@ -45,6 +48,7 @@ impl Projection<'_> {
         match self {
             Self::Spectral(basis) | Self::Bounced(basis, _) => basis.coefficients(),
             Self::Rgb(..) => 3,
+            Self::Sampled(grid, _) => grid.samples(),
         }
     }
 
@@ -61,6 +65,10 @@ impl Projection<'_> {
         match self {
             Self::Spectral(basis) | Self::Bounced(basis, _) => basis.light_coefficients(light),
             Self::Rgb(grid, observer) => rgb_light(grid, *observer, light).to_vec(),
+            Self::Sampled(grid, _) => {
+                assert_eq!(light.len(), grid.samples(), "a light on another grid");
+                light.to_vec()
+            }
         }
     }
 
@@ -73,6 +81,7 @@ impl Projection<'_> {
             Self::Spectral(basis) => vec![basis.albedo_coefficients(reflectance)],
             Self::Bounced(basis, transfer) => transfer.albedo_coefficients(basis, reflectance),
             Self::Rgb(grid, observer) => vec![rgb_albedo(grid, *observer, reflectance)],
+            Self::Sampled(grid, observer) => vec![sampled_albedo(grid, *observer, reflectance)],
         }
     }
 
@@ -85,9 +94,17 @@ impl Projection<'_> {
         let albedo = match self {
             Self::Spectral(basis) | Self::Bounced(basis, _) => basis.albedo_coefficients(reflectance),
             Self::Rgb(grid, observer) => rgb_albedo(grid, *observer, reflectance),
+            Self::Sampled(grid, observer) => sampled_albedo(grid, *observer, reflectance),
         };
         SpectralBasis::xyz(&albedo, &self.light(light))
     }
+}
+
+/// XYZ of a reflectance at each wavelength under light of unit power there.
+fn sampled_albedo(grid: &SpectralGrid, observer: Observer, reflectance: &[f64]) -> Vec<[f64; 3]> {
+    assert_eq!(reflectance.len(), grid.samples(), "a reflectance on another grid");
+    let at = |(i, r): (usize, &f64)| observer.xyz_bar(grid.lambda_nm(i)).map(|bar| bar * r * grid.step_nm());
+    reflectance.iter().enumerate().map(at).collect()
 }
 
 /// Albedos by their indices: what index maps name.
