@@ -61,11 +61,7 @@ impl Resampling {
         if wavelengths_nm.len() < 2 {
             return Err(WavelengthsError::Few { got: 1 });
         }
-        for pair in wavelengths_nm.windows(2) {
-            if !(pair[0] < pair[1] && pair[1].is_finite()) {
-                return Err(WavelengthsError::Order { before_nm: pair[0], got_nm: pair[1] });
-            }
-        }
+        ascending(wavelengths_nm)?;
         let (needed_first_nm, needed_last_nm) = (grid.lambda_nm(0), grid.lambda_nm(grid.samples() - 1));
         if !(first_nm <= needed_first_nm && last_nm >= needed_last_nm) {
             return Err(WavelengthsError::Range { first_nm, last_nm, needed_first_nm, needed_last_nm });
@@ -81,6 +77,15 @@ impl Resampling {
     pub fn apply(&self, spectrum: &[f64]) -> Vec<f64> {
         assert_eq!(spectrum.len(), self.wavelengths, "a spectrum at other wavelengths");
         self.weights.iter().map(|weights| weights.iter().map(|&(i, w)| w * spectrum[i]).sum()).collect()
+    }
+}
+
+/// Whether each of the wavelengths is finite and longer than the one before.
+pub(crate) fn ascending(wavelengths_nm: &[f64]) -> Result<(), WavelengthsError> {
+    let follows = |pair: &&[f64]| pair[0] < pair[1] && pair[1].is_finite();
+    match wavelengths_nm.windows(2).find(|pair| !follows(pair)) {
+        Some(pair) => Err(WavelengthsError::Order { before_nm: pair[0], got_nm: pair[1] }),
+        None => Ok(()),
     }
 }
 

@@ -7,7 +7,7 @@ use exr::meta::attribute::{AttributeValue, Text};
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use std::collections::HashMap;
 
-use crate::resampling::WavelengthsError;
+use crate::resampling::{WavelengthsError, ascending};
 
 /// The version of the layout.
 const LAYOUT_VERSION: &str = "1.0";
@@ -124,11 +124,7 @@ impl SpectralPanorama {
             let (channels, wavelengths) = (channels.len(), wavelengths_nm.len());
             return Err(SpectralPanoramaError::Channels { channels, wavelengths });
         }
-        for pair in wavelengths_nm.windows(2) {
-            if !(pair[0] < pair[1]) {
-                return Err(WavelengthsError::Order { before_nm: pair[0], got_nm: pair[1] }.into());
-            }
-        }
+        ascending(&wavelengths_nm)?;
         for (&lambda_nm, radiance) in wavelengths_nm.iter().zip(&channels) {
             let texels = radiance.len();
             if texels == 0 || width.checked_mul(height) != Some(texels) {

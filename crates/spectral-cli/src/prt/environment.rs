@@ -52,13 +52,22 @@ impl Environment {
         Ok(Self { white: sky.mean(), sky })
     }
 
-    /// Lights that a basis should know: all lamps, and what comes from the sky here and there.
+    /// Lights that a basis should know, each once: all lamps, and what comes from the sky here and there.
     pub(super) fn training(&self) -> Vec<Vec<f64>> {
         let mut lights = lamps();
+        let mut known: Vec<Vec<f64>> = lights.iter().map(|light| unit(light)).collect();
         let from_sky = directions().map(|direction| self.sky.radiance(direction));
-        // Between strong lights few bands ring below zero.
-        let is_light = |light: &Vec<f64>| light.iter().all(|l| *l >= 0.0) && light.iter().any(|l| *l > 0.0);
-        lights.extend([self.sky.mean()].into_iter().chain(from_sky).filter(is_light));
+        for light in [self.sky.mean()].into_iter().chain(from_sky) {
+            // Between strong lights few bands ring below zero.
+            if light.iter().any(|l| *l < 0.0) || light_xyz(&GRID, OBSERVER, &light)[1] <= 0.0 {
+                continue;
+            }
+            let shape = unit(&light);
+            if !known.iter().any(|known| is_same(known, &shape)) {
+                known.push(shape);
+                lights.push(light);
+            }
+        }
         lights
     }
 
@@ -72,6 +81,12 @@ impl Environment {
 pub(super) fn unit(light: &[f64]) -> Vec<f64> {
     let y = light_xyz(&GRID, OBSERVER, light)[1];
     light.iter().map(|l| l / y).collect()
+}
+
+/// Whether two spectra are one but for what a file's numbers round.
+fn is_same(a: &[f64], b: &[f64]) -> bool {
+    let largest = a.iter().fold(0.0, |largest: f64, v| largest.max(*v));
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-5 * largest)
 }
 
 /// To the faces and corners of a cube.
