@@ -9,6 +9,7 @@ pub mod html;
 pub mod oracle_picture;
 pub mod picture_distance;
 pub mod ponds;
+pub mod prt;
 pub mod sabotage;
 pub mod subject;
 pub mod terminal_percent;

@@ -230,7 +230,7 @@ fn root_mean_square(values: &[f64]) -> f64 {
 }
 
 /// Quantile of ascending values, at least one, interpolated linearly.
-fn quantile(ascending: &[f64], share: f64) -> f64 {
+pub fn quantile(ascending: &[f64], share: f64) -> f64 {
     let position = share * (ascending.len() - 1) as f64;
     let below = position.floor() as usize;
     let above = (below + 1).min(ascending.len() - 1);

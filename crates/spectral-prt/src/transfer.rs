@@ -69,6 +69,18 @@ impl Transfer {
         &self.coefficients[first * n..(first + self.vertices[surface]) * n]
     }
 
+    /// The first of its bands: what [`precompute`] finds with the same rays and no more bands than these.
+    ///
+    /// # Panics
+    /// If there are not so many.
+    #[must_use]
+    pub fn with_bands(&self, bands: Bands) -> Self {
+        assert!(bands <= self.bands, "{} bands of {}", bands.count(), self.bands.count());
+        let vertices = self.coefficients.chunks_exact(self.bands.coefficients());
+        let coefficients = vertices.flat_map(|vertex| &vertex[..bands.coefficients()]).copied().collect();
+        Self { bands, vertices: self.vertices.clone(), coefficients }
+    }
+
     /// The irradiance of a surface's vertices under light with these coefficients, in the unit of the light's radiance.
     ///
     /// Few bands ring: it may be slightly negative opposite to strong light.

@@ -177,6 +177,18 @@ fn a_corner_does_not_see_past_the_walls_that_meet_there() {
 }
 
 #[test]
+fn the_first_bands_are_what_fewer_bands_find() {
+    let surfaces =
+        [probe(), quad([[-1.0, 0.2, -2.0], [-1.0, 0.2, 2.0], [-1.0, 3.0, 2.0], [-1.0, 3.0, -2.0]])];
+    let of =
+        |bands| computed(&surfaces, TransferSettings { bands: Bands::new(bands).expect("bands"), rays: 64 });
+    let all = of(6);
+    for bands in 1..=6 {
+        assert!(all.with_bands(Bands::new(bands).expect("bands")) == of(bands), "{bands}");
+    }
+}
+
+#[test]
 fn bits_do_not_depend_on_threads() {
     let surfaces =
         [globe(24, 48), quad([[-2.0, -2.0, -1.1], [2.0, -2.0, -1.1], [2.0, 2.0, -1.1], [-2.0, 2.0, -1.1]])];

@@ -4,6 +4,7 @@ mod bakes;
 mod controls;
 mod pictures;
 mod ponds;
+mod prt;
 mod report;
 
 use std::path::PathBuf;
@@ -17,6 +18,7 @@ use frame_plan::{DeviceInfo, Executor};
 use xtask::executor_entry::{ExecutorEntry, Status};
 use xtask::executors::{Candidate, EXECUTORS, ON_SECOND_DRIVER, Opened};
 use xtask::ponds::{PONDS, is_pond, named_ponds};
+use xtask::prt::{PRT, is_prt, named_prt};
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
@@ -27,7 +29,7 @@ use report::Report;
 /// Compare all executors with each other and with the oracle; writes report.html and report.json.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// A bundled scene, `bunny-glass`, a glTF file or `pond`; all of them by default. May be repeated.
+    /// A bundled scene, `bunny-glass`, a glTF file, `pond` or `prt`; all of them by default. May be repeated.
     #[arg(long = "scene", value_name = "SCENE")]
     scenes: Vec<String>,
     /// A method; all of them by default. May be repeated.
@@ -97,13 +99,25 @@ struct Effort {
     picture_size: [u32; 2],
     /// Eye paths of the oracle, per pixel and lamp.
     oracle_samples: u32,
+    /// Pixels across and down a relit figure.
+    figure_size: [u32; 2],
 }
 
 impl Effort {
-    const FULL: Self =
-        Self { map_size: [256, 256], oracle_photons: 1 << 23, picture_size: [320, 180], oracle_samples: 4 };
-    const QUICK: Self =
-        Self { map_size: [128, 128], oracle_photons: 1 << 20, picture_size: [160, 90], oracle_samples: 2 };
+    const FULL: Self = Self {
+        map_size: [256, 256],
+        oracle_photons: 1 << 23,
+        picture_size: [320, 180],
+        oracle_samples: 4,
+        figure_size: [320, 180],
+    };
+    const QUICK: Self = Self {
+        map_size: [128, 128],
+        oracle_photons: 1 << 20,
+        picture_size: [160, 90],
+        oracle_samples: 2,
+        figure_size: [160, 90],
+    };
 }
 
 /// An executor and what became of it.
@@ -164,14 +178,24 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("[{}/{}] {}", i + 1, subjects.len(), subject.name);
         bakes::compare(subject, methods, &effort, args.sabotage, &mut contenders, &mut report);
     }
+    let started: Vec<&str> =
+        contenders.iter().filter(|c| c.executor.is_some()).map(|c| c.entry.name).collect();
     let ponds = named_ponds(&PONDS, &args.scenes, args.quick);
     if !ponds.is_empty() {
-        let started = contenders.iter().filter(|c| c.executor.is_some()).map(|c| c.entry.name);
-        let mut contenders = ponds::contenders(&started.collect::<Vec<_>>(), &mut report);
+        let mut contenders = ponds::contenders(&started, &mut report);
         let side = if args.quick { 64 } else { 128 };
         for (i, pond) in ponds.iter().enumerate() {
             eprintln!("[{}/{}] {}", i + 1, ponds.len(), pond.name);
             ponds::compare(pond, side, args.sabotage, &mut contenders, &mut report);
+        }
+    }
+    let figures = named_prt(&PRT, &args.scenes, args.quick);
+    if !figures.is_empty() {
+        let mut contenders = prt::contenders(&started, &mut report);
+        let folder = paths::target().join("compare/transfer");
+        for (i, figure) in figures.iter().enumerate() {
+            eprintln!("[{}/{}] {}", i + 1, figures.len(), figure.name);
+            prt::compare(figure, effort.figure_size, &folder, args.sabotage, &mut contenders, &mut report);
         }
     }
     report.executors = contenders.into_iter().map(|c| c.entry).collect();
@@ -206,14 +230,18 @@ fn subjects(args: &Args) -> Result<Vec<Subject>> {
     let names: Vec<&str> = match (args.scenes.as_slice(), args.quick) {
         ([], false) => Subject::names().collect(),
         ([], true) => QUICK_SCENES.to_vec(),
-        (named, _) => named.iter().map(String::as_str).filter(|name| !is_pond(&PONDS, name)).collect(),
+        (named, _) => {
+            let others = |name: &&str| is_pond(&PONDS, name) || is_prt(&PRT, name);
+            named.iter().map(String::as_str).filter(|name| !others(name)).collect()
+        }
     };
     let root = paths::workspace_root();
     let subjects: Vec<_> = names
         .into_iter()
         .map(|name| Subject::open(name, &root).with_context(|| format!("--scene {name}")))
         .collect::<Result<_>>()?;
-    if subjects.is_empty() && named_ponds(&PONDS, &args.scenes, args.quick).is_empty() {
+    let ponds = named_ponds(&PONDS, &args.scenes, args.quick);
+    if subjects.is_empty() && ponds.is_empty() && named_prt(&PRT, &args.scenes, args.quick).is_empty() {
         bail!("there is no scene to compare");
     }
     Ok(subjects)

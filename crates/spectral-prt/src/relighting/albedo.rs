@@ -170,6 +170,16 @@ impl IndexMap {
         check_texels(size, entries.len())?;
         Ok(Self { size, entries })
     }
+
+    /// The entry at texture coordinates, which go on beyond 0..1.
+    pub fn nearest(&self, uv: [f64; 2]) -> u32 {
+        let texel = |axis: usize| {
+            let texels = self.size[axis];
+            // Rounding may take a fraction to 1.
+            ((uv[axis].rem_euclid(1.0) * f64::from(texels)) as u32).min(texels - 1)
+        };
+        self.entries[(texel(1) * self.size[0] + texel(0)) as usize]
+    }
 }
 
 /// A map with a spectrum of its own at every texel, linear between them.

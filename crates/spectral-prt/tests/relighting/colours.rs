@@ -193,3 +193,19 @@ fn an_rgb_texture_keeps_its_colours_as_far_as_it_says() {
         }
     }
 }
+
+#[test]
+fn an_index_map_goes_on_beyond_its_edges() {
+    let map = IndexMap::new([3, 2], vec![0, 1, 2, 3, 4, 5]).expect("six texels");
+    for (uv, entry) in [
+        ([0.0, 0.0], 0),
+        ([0.34, 0.49], 1),
+        ([0.99, 0.51], 5),
+        ([1.0, 0.0], 0),
+        ([-0.01, -0.01], 5),
+        ([7.5, 3.75], 4),
+        ([-1e-20, 0.0], 2),
+    ] {
+        assert_eq!(map.nearest(uv), entry, "{uv:?}");
+    }
+}
