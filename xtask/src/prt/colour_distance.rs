@@ -89,8 +89,7 @@ impl PixelDistance {
         for i in pixels {
             let worst = (0..3).map(|c| (f64::from(a[i][c]) - b[i][c]).abs()).fold(0.0, nan_is_largest);
             count += 1;
-            // A NaN is far from everything.
-            differing += usize::from(!(worst <= rounding * brightest));
+            differing += usize::from(worst.is_nan() || worst > rounding * brightest);
             largest = nan_is_largest(largest, worst / brightest);
         }
         Self { differing: differing as f64 / count as f64, largest }
