@@ -33,8 +33,7 @@ pub const PONDS: Programs =
     Programs { passes: caustic_heightfield::PASSES, spirv: caustic_heightfield::SPIRV_PASSES };
 
 /// Surfaces under skies, by their transfer.
-pub(crate) const RELIT: Programs =
-    Programs { passes: spectral_prt::PASSES, spirv: spectral_prt::SPIRV_PASSES };
+pub const RELIT: Programs = Programs { passes: spectral_prt::PASSES, spirv: spectral_prt::SPIRV_PASSES };
 
 /// The executor that the options ask for.
 ///

@@ -318,18 +318,23 @@ impl FromStr for Dispersed {
 /// How a spectral basis is found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub(crate) enum Basis {
+pub enum Basis {
     /// The singular vectors of the spectra themselves (Peercy 1993).
     Peercy,
     /// The best for the colours that are shown.
     Optimal,
 }
 
+impl Basis {
+    /// Both, by their names on the command line.
+    pub const ALL: [(&'static str, Self); 2] = [("peercy", Self::Peercy), ("optimal", Self::Optimal)];
+}
+
 impl FromStr for Basis {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        choose(text, &[("peercy", Self::Peercy), ("optimal", Self::Optimal)])
+        choose(text, &Self::ALL)
     }
 }
 

@@ -42,9 +42,12 @@ use std::process::ExitCode;
 use clap::Parser;
 use clap::error::ErrorKind;
 
-pub use choices::{Backend, GAP_FILLINGS, Method, PondMethod, Precision};
+pub use choices::{Backend, Basis, GAP_FILLINGS, Method, PondMethod, Precision};
 pub use error::CliError;
 pub use pond::floors::{Floor, FloorChoice, Floors};
+pub use prt::differences::{Differences, differences};
+pub use prt::environment::Environment;
+pub use prt::relit_view::{RelitRequest, RelitView};
 pub use scene_argument::{Opened, open};
 
 use args::{Cli, Command};

@@ -1,8 +1,10 @@
 //! `spectral prt`: matt surfaces under spectral skies, by precomputed transfer (Schwenk et al. 2010).
 
+pub(crate) mod differences;
 pub(crate) mod environment;
 mod figure;
 mod panels;
+pub(crate) mod relit_view;
 mod scene;
 mod sky_file;
 mod stage;
@@ -10,7 +12,7 @@ mod stage;
 use std::path::PathBuf;
 
 use clap::Args;
-use spectral_core::basis::{Optimal, SpectralBasis, Training};
+use spectral_core::basis::{BasisError, Optimal, SpectralBasis, Training};
 use spectral_core::illuminant::Illuminant;
 use spectral_prt::Bands;
 use spectral_prt::figures::{GRID, OBSERVER};
@@ -96,13 +98,23 @@ impl PrtArgs {
     /// # Errors
     /// A usage error if it has not so many coefficients.
     fn basis(&self, reflectances: &[Vec<f64>], lights: &[Vec<f64>]) -> Result<SpectralBasis, CliError> {
-        let training = Training { grid: GRID, observer: OBSERVER, reflectances, lights };
         let coefficients = self.coefficients() as usize;
-        match self.basis {
-            Basis::Peercy => training.peercy(coefficients),
-            Basis::Optimal => training.optimal(coefficients, Optimal::default()),
-        }
-        .map_err(|error| CliError::usage(format!("--coefficients {coefficients}: {error}")))
+        trained(self.basis, coefficients, reflectances, lights)
+            .map_err(|error| CliError::usage(format!("--coefficients {coefficients}: {error}")))
+    }
+}
+
+/// A basis, trained on these reflectances and lights.
+fn trained(
+    basis: Basis,
+    coefficients: usize,
+    reflectances: &[Vec<f64>],
+    lights: &[Vec<f64>],
+) -> Result<SpectralBasis, BasisError> {
+    let training = Training { grid: GRID, observer: OBSERVER, reflectances, lights };
+    match basis {
+        Basis::Peercy => training.peercy(coefficients),
+        Basis::Optimal => training.optimal(coefficients, Optimal::default()),
     }
 }
 

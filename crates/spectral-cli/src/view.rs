@@ -10,13 +10,15 @@ use asm_core::Settings;
 use caustic_heightfield::{Impulse, Pond, PondScene, Ripple, Surface, WallImages, impulse_heights};
 use clap::Args;
 use spectral_core::light::LightSpectrum;
+use spectral_prt::Bands;
 
 use crate::args::PlanOptions;
-use crate::choices::{Backend, Method, PondMethod, Precision};
+use crate::choices::{Backend, Basis, Method, PondMethod, Precision};
 use crate::error::CliError;
 use crate::output::atomic_file::AtomicFile;
 use crate::pond::DEFAULT_SIDE;
 use crate::pond::floors::FloorChoice;
+use crate::prt::relit_view::{COLOR_CHECKER, METACOW, RelitRequest};
 use crate::targets;
 use crate::values::{self, Exposure, Size};
 
@@ -28,7 +30,7 @@ const POND: &str = "pond";
 /// The options of `spectral view`, which hands them on, and of `spectral-viewer`, which obeys them.
 #[derive(Clone, Debug, Args)]
 pub struct ViewArgs {
-    /// glTF file or bundled scene, or pond.
+    /// glTF file or bundled scene, or pond; to be relit: with --environment, or metacow or color-checker.
     pub scene: String,
     /// Method to begin with: caustics-map, acm, asm or footprint [default: asm]; of the pond: convolution, low-rank, exact or photon
     /// [default: low-rank].
@@ -40,6 +42,19 @@ pub struct ViewArgs {
     /// JSON file of the pond, with a surface of impulses [default: water at rest].
     #[arg(long, value_name = "POND.json")]
     pub(crate) pond: Option<PathBuf>,
+    /// Relight the scene's matt objects by precomputed transfer: the sky to begin with, as for `spectral prt`; an illuminant is
+    /// bright on one side.
+    #[arg(long, value_name = "FILE|ILLUMINANT")]
+    pub(crate) environment: Option<String>,
+    /// Spectral basis of what is relit to begin with: peercy or optimal [default: optimal].
+    #[arg(long, value_name = "BASIS")]
+    pub(crate) basis: Option<Basis>,
+    /// Its coefficients to begin with [default: 5, 8 for metacow].
+    #[arg(long, value_name = "M", value_parser = clap::value_parser!(u32).range(1..=61), allow_negative_numbers = true)]
+    pub(crate) coefficients: Option<u32>,
+    /// Bands of spherical harmonics of what is relit [default: 5].
+    #[arg(long, value_name = "L", value_parser = clap::value_parser!(u8).range(1..=10), allow_negative_numbers = true)]
+    pub(crate) bands: Option<u8>,
     /// Number of wavelengths [default: the method's].
     #[arg(long, value_name = "N", value_parser = values::traced_wavelengths, allow_negative_numbers = true)]
     pub(crate) wavelengths: Option<usize>,
@@ -75,6 +90,8 @@ pub enum Subject {
     Scene(Box<Settings>),
     /// The pond.
     Pond(Box<PondView>),
+    /// Surfaces under a sky, by their transfer.
+    Relit(RelitRequest),
 }
 
 /// A pond to be shown.
@@ -113,17 +130,40 @@ impl ViewArgs {
     /// # Errors
     /// A usage error for the reference, which has no plan, and for options of the one with the other; a pond's file that holds none.
     pub fn subject(&self) -> Result<Subject, CliError> {
-        let is_pond = self.scene == POND;
-        let of_the_other = if is_pond { self.option_of_scenes() } else { self.option_of_the_pond() };
-        if let Some(option) = of_the_other {
-            let what = if is_pond { "scenes; leave it out for the pond" } else { "`spectral view pond`" };
-            return Err(CliError::Usage(format!("{option} is for {what}")));
+        let is_relit = self.environment.is_some() || [METACOW, COLOR_CHECKER].contains(&&*self.scene);
+        let is_pond = self.scene == POND && !is_relit;
+        let foreign = [
+            (!is_pond, self.option_of_the_pond(), "`spectral view pond`"),
+            (is_pond, self.option_of_scenes(), "scenes; leave it out for the pond"),
+            (!is_relit, self.option_of_relighting(), "what is relit: add --environment"),
+            (
+                is_relit,
+                self.option_of_plans(),
+                "light through glass and water; leave it out with --environment",
+            ),
+        ];
+        for (is_foreign, option, what) in foreign {
+            if let (true, Some(option)) = (is_foreign, option) {
+                return Err(CliError::Usage(format!("{option} is for {what}")));
+            }
         }
         if is_pond {
             Ok(Subject::Pond(Box::new(self.pond()?)))
+        } else if is_relit {
+            Ok(Subject::Relit(self.relit()?))
         } else {
             Ok(Subject::Scene(Box::new(self.settings()?)))
         }
+    }
+
+    fn relit(&self) -> Result<RelitRequest, CliError> {
+        Ok(RelitRequest {
+            scene: self.scene.clone(),
+            environment: self.environment.clone(),
+            basis: self.basis.unwrap_or(Basis::Optimal),
+            coefficients: self.coefficients,
+            bands: self.bands.map_or(Ok(Bands::default()), Bands::new).map_err(CliError::usage)?,
+        })
     }
 
     /// A plan's settings to begin with.
@@ -169,6 +209,22 @@ impl ViewArgs {
         ];
         let given = given.into_iter().find(|(_, given)| *given);
         given.map(|(option, _)| option).or_else(|| self.plan.given())
+    }
+
+    fn option_of_relighting(&self) -> Option<&'static str> {
+        let given = [
+            ("--basis", self.basis.is_some()),
+            ("--coefficients", self.coefficients.is_some()),
+            ("--bands", self.bands.is_some()),
+        ];
+        given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
+    }
+
+    /// Of scenes and the pond: how light goes through them.
+    fn option_of_plans(&self) -> Option<&'static str> {
+        let given = [("--method", self.method.is_some()), ("--map", self.map.is_some())];
+        let given = given.into_iter().find(|(_, given)| *given).map(|(option, _)| option);
+        given.or_else(|| self.option_of_scenes())
     }
 
     fn option_of_the_pond(&self) -> Option<&'static str> {

@@ -8,11 +8,11 @@ use egui::{Event, Modifiers, PointerButton, Pos2, Vec2};
 /// What a button takes hold of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Grip {
-    /// What the picture is for: it turns a scene, and drops a pebble into water.
+    /// What the picture is for: it turns a scene or a sky, and drops a pebble into water.
     Main,
     /// The picture, sideways.
     Shift,
-    /// The chosen lamp, or the sun.
+    /// The chosen lamp, or the sun; the view, where the picture is for turning the sky.
     Lamp,
 }
 

@@ -1,4 +1,4 @@
-//! What a window shows, behind one seam: [`crate::scene`] and [`crate::pond`] are on the other side of it.
+//! What a window shows, behind one seam: [`crate::scene`], [`crate::pond`] and [`crate::relit`] are on the other side of it.
 
 use asm_core::Picture;
 use asm_wgpu::wgpu;

@@ -12,10 +12,12 @@ use super::{lamps, power, sky_file};
 use crate::error::CliError;
 
 /// Where light comes from.
-pub(crate) struct Environment {
-    pub(crate) sky: SpectralSky,
+#[derive(Clone, Debug)]
+pub struct Environment {
+    /// At every wavelength.
+    pub sky: SpectralSky,
     /// The light whose white becomes the screen's.
-    pub(crate) white: Vec<f64>,
+    pub white: Vec<f64>,
 }
 
 impl Environment {
@@ -52,6 +54,14 @@ impl Environment {
         Ok(Self { white: sky.mean(), sky })
     }
 
+    /// As bright from everywhere in another lamp's light.
+    #[must_use]
+    pub fn in_light(&self, lamp: Illuminant) -> Self {
+        let y = light_xyz(&GRID, OBSERVER, &self.white)[1];
+        let lamp = unit(&power(lamp));
+        Self { sky: self.sky.in_light(OBSERVER, &lamp), white: lamp.iter().map(|l| l * y).collect() }
+    }
+
     /// Lights that a basis should know, each once: all lamps, and what comes from the sky here and there.
     pub(super) fn training(&self) -> Vec<Vec<f64>> {
         let mut lights = lamps();
@@ -72,7 +82,8 @@ impl Environment {
     }
 
     /// From the colours under it to the screen's.
-    pub(super) fn balance(&self) -> Option<Shown> {
+    #[must_use]
+    pub fn balance(&self) -> Option<Shown> {
         Shown::under(light_xyz(&GRID, OBSERVER, &self.white))
     }
 }

@@ -8,7 +8,8 @@ use spectral_core::patch::{Shown, light_xyz};
 use spectral_prt::figures::{self, Figure, GRID, OBSERVER, sky_shape};
 use spectral_prt::{Bands, Palette, Projection, SceneTransfer, Sky};
 
-use super::panels::{Differences, Panels, difference_map, differences, scale};
+use super::differences::{Differences, differences};
+use super::panels::{Panels, difference_map, scale};
 use super::stage::{Lit, pictures, transfer};
 use super::{PrtArgs, lamps, power};
 use crate::backend::{self, RELIT};
@@ -139,7 +140,10 @@ fn write(
     let shown = shown(args, figure, under, &mut times)?;
     let display = display(&shown.sampled[0], args.exposure);
     let wrong: Vec<[Vec<f64>; 2]> = (0..under.len())
-        .map(|i| [&shown.spectral[i], &shown.rgb[i]].map(|p| differences(&shown.sampled[i], p, &display)))
+        .map(|i| {
+            [&shown.spectral[i], &shown.rgb[i]]
+                .map(|p| differences(&shown.sampled[i].xyz, &p.xyz, display.exposure))
+        })
         .collect();
     let (size, srgb) = Panels::new(args.panel_size(), layout(&shown, &display, &wrong)).joined();
     png::write(&file, size, &srgb)
@@ -152,8 +156,8 @@ fn write(
         .zip(&shown.sampled)
         .map(|((&lamp, [spectral, rgb]), sampled)| LampStats {
             lamp,
-            spectral: Differences::of(sampled, spectral),
-            rgb: Differences::of(sampled, rgb),
+            spectral: Differences::of(&sampled.xyz, spectral),
+            rgb: Differences::of(&sampled.xyz, rgb),
         })
         .collect();
     let [backend, backend_reason, device, driver] = shown.backend;

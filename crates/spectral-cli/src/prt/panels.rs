@@ -1,11 +1,5 @@
 //! Pictures side by side, and what differs between them.
 
-use serde::Serialize;
-use spectral_core::color::{delta_e_94, lab_from_xyz};
-use spectral_core::display::Display;
-use spectral_core::rgb::D65_WHITE_XYZ;
-
-use crate::picture::Picture;
 use crate::values::Size;
 
 /// The CIE94 difference that is shown brightest.
@@ -35,35 +29,6 @@ impl Panels {
             .collect();
         let (width, height) = (self.size.width * columns as u32, self.size.height * self.rows.len() as u32);
         (Size { width, height }, texels)
-    }
-}
-
-/// CIE94 over the pixels that show something.
-#[derive(Clone, Copy, Debug, Serialize)]
-pub(super) struct Differences {
-    mean: f64,
-    /// 95th percentile.
-    p95: f64,
-    max: f64,
-}
-
-/// CIE94 of each pixel from the reference's, both as displayed, without tone map.
-pub(super) fn differences(reference: &Picture, picture: &Picture, display: &Display) -> Vec<f64> {
-    let lab = |xyz: &[f32; 3]| lab_from_xyz(xyz.map(|v| f64::from(v) * display.exposure), D65_WHITE_XYZ);
-    reference.xyz.iter().zip(&picture.xyz).map(|(r, p)| delta_e_94(lab(r), lab(p))).collect()
-}
-
-impl Differences {
-    /// Of the pixels where the reference is not black.
-    pub(super) fn of(reference: &Picture, differences: &[f64]) -> Self {
-        let shown = reference.xyz.iter().zip(differences).filter(|(xyz, _)| xyz[1] > 0.0);
-        let mut seen: Vec<f64> = shown.map(|(_, d)| *d).collect();
-        seen.sort_by(f64::total_cmp);
-        let at = |share: f64| {
-            let last = seen.len().saturating_sub(1);
-            seen.get((share * last as f64).round() as usize).copied().unwrap_or(0.0)
-        };
-        Self { mean: seen.iter().sum::<f64>() / seen.len().max(1) as f64, p95: at(0.95), max: at(1.0) }
     }
 }
 

@@ -3,10 +3,9 @@
 use serde::Serialize;
 use spectral_core::color_checker;
 use spectral_core::upsample::SmoothSpectrum;
-use spectral_prt::figures::GRID;
+use spectral_prt::figures::{Figure, GRID};
 use spectral_prt::{
-    Albedo, BounceSettings, Palette, Projection, RelitScene, SceneTransfer, Surface, TransferSettings,
-    add_bounces,
+    Albedo, BounceSettings, Palette, Projection, SceneTransfer, Surface, TransferSettings, add_bounces,
 };
 use spectral_scene::{Camera, Scene};
 
@@ -47,13 +46,6 @@ struct SceneStats<'a> {
     times_ms: serde_json::Map<String, serde_json::Value>,
 }
 
-/// Matt objects of a scene.
-struct Matt {
-    surfaces: Vec<Surface>,
-    reflectances: Vec<Vec<f64>>,
-    camera: Camera,
-}
-
 pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     let (file, format) = targets::picture(&args.output)?;
     let stats_file = targets::stats(args.stats.as_deref(), &file)?;
@@ -62,15 +54,14 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     let mut times = Stopwatch::start();
     let opened = scene_argument::open(name)?;
     let mut warnings = opened.warnings;
-    let matt = Matt::of(&opened.scene, name, &mut warnings)?;
+    let matt = matt(&opened.scene, name, &mut warnings)?;
     times.did("open_scene");
 
-    let rays = TransferSettings::default().rays;
-    let direct = transfer(&matt.surfaces, bands, rays)?;
+    let direct = transfer(&matt.surfaces, bands, matt.rays)?;
     let bounced = match args.bounces {
         0 => None,
         bounces => {
-            let settings = BounceSettings { rays, bounces };
+            let settings = BounceSettings { rays: matt.rays, bounces };
             let bar = Progress::bar("bounces");
             let all =
                 add_bounces(&matt.surfaces, &direct, GRID, &matt.reflectances, &settings, &mut |done| {
@@ -99,15 +90,7 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
         Some(bounced) => (Projection::Bounced(&basis, bounced), SceneTransfer::Bounced(bounced)),
     };
     let palette = Palette::new(&projection, &matt.reflectances);
-    let albedos: Vec<Albedo> = (0..matt.surfaces.len() as u32).map(Albedo::Entry).collect();
-    let relit = RelitScene {
-        surfaces: &matt.surfaces,
-        transfer,
-        palette: &palette,
-        index_maps: &[],
-        spectral_maps: &[],
-        albedos: &albedos,
-    };
+    let relit = matt.scene(transfer, &palette);
     let (sky, balance) = (environment.sky.projected(&projection), environment.balance());
     let backend::Chosen { mut executor, reason } = backend::choose(&args.device, &RELIT)?;
     let lit = [Lit { sky: &sky, balance }];
@@ -160,33 +143,33 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     targets::write_json(&stats_file, &json(&stats)?)
 }
 
-impl Matt {
-    /// What transfer can light, with the smooth spectra of its colours; what is left out is warned about.
-    ///
-    /// # Errors
-    /// A scene without matt objects, without anything to look from, or with a mesh that cannot be lit.
-    fn of(scene: &Scene, name: &str, warnings: &mut Vec<String>) -> Result<Self, CliError> {
-        let (mut surfaces, mut reflectances) = (Vec::new(), Vec::new());
-        for (i, object) in scene.objects.iter().enumerate() {
-            let material = &scene.materials[object.material];
-            if material.is_refractor() || material.is_metal() {
-                let problem = format!("`{}` is left out: transfer knows matt surfaces only", object.name);
-                messages::warn(&problem);
-                warnings.push(problem);
-                continue;
-            }
-            surfaces.push(Surface::of_object(scene, i).map_err(CliError::failed)?);
-            let spectrum = SmoothSpectrum::reflectance(material.base_color);
-            reflectances.push(GRID.sample(|lambda_nm| spectrum.at(lambda_nm)));
+/// What transfer can light of a scene, with the smooth spectra of its colours; what is left out is warned about.
+///
+/// # Errors
+/// A scene without matt objects, without anything to look from, or with a mesh that cannot be lit.
+pub(super) fn matt(scene: &Scene, name: &str, warnings: &mut Vec<String>) -> Result<Figure, CliError> {
+    let (mut surfaces, mut reflectances) = (Vec::new(), Vec::new());
+    for (i, object) in scene.objects.iter().enumerate() {
+        let material = &scene.materials[object.material];
+        if material.is_refractor() || material.is_metal() {
+            let problem = format!("`{}` is left out: transfer knows matt surfaces only", object.name);
+            messages::warn(&problem);
+            warnings.push(problem);
+            continue;
         }
-        if surfaces.is_empty() {
-            return Err(CliError::Failed(format!(
-                "{name}: the scene has no matt object that transfer could light"
-            )));
-        }
-        let Some(camera) = scene.cameras.first().cloned().or_else(|| Camera::framing(scene)) else {
-            return Err(CliError::Failed(format!("{name}: the scene has nothing to look at")));
-        };
-        Ok(Self { surfaces, reflectances, camera })
+        surfaces.push(Surface::of_object(scene, i).map_err(CliError::failed)?);
+        let spectrum = SmoothSpectrum::reflectance(material.base_color);
+        reflectances.push(GRID.sample(|lambda_nm| spectrum.at(lambda_nm)));
     }
+    if surfaces.is_empty() {
+        return Err(CliError::Failed(format!(
+            "{name}: the scene has no matt object that transfer could light"
+        )));
+    }
+    let Some(camera) = scene.cameras.first().cloned().or_else(|| Camera::framing(scene)) else {
+        return Err(CliError::Failed(format!("{name}: the scene has nothing to look at")));
+    };
+    let albedos = (0..surfaces.len() as u32).map(Albedo::Entry).collect();
+    let rays = TransferSettings::default().rays;
+    Ok(Figure { surfaces, reflectances, index_maps: Vec::new(), albedos, camera, rays })
 }

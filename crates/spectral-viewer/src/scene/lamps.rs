@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec3};
 use spectral_scene::{Camera, LightShape};
 
-use super::orbit::axes;
+use crate::orbit::axes;
 
 /// The scene's lights, one of which is being moved.
 #[derive(Clone, Debug)]

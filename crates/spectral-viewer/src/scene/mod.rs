@@ -1,6 +1,6 @@
 //! A scene in the window: an orbiting camera, lamps and glass to drag, and every method's caustics.
 //!
-//! Without a window, and so tested without one: the camera (`orbit`), `lamps`, `glass`, what the user has chosen (`choices`), all of
+//! Without a window, and so tested without one: `lamps`, `glass`, what the user has chosen (`choices`), all of
 //! it together (`view`), a picture to be made (`job`, with the `pose` that changes from frame to frame) and what became of its light
 //! (`fates`). With one: who makes the picture (`making`) and its part of the panel (`controls`).
 
@@ -11,7 +11,6 @@ mod glass;
 mod job;
 mod lamps;
 mod making;
-mod orbit;
 mod pose;
 mod view;
 

@@ -17,11 +17,11 @@ use super::glass::Glass;
 use super::job::{PictureJob, SceneFacts};
 use super::lamps::Lamps;
 use super::making;
-use super::orbit::Orbit;
 use super::pose::Pose;
 use crate::graphics::Graphics;
 use crate::hand::{Grip, Touch};
 use crate::maker::Maker;
+use crate::orbit::Orbit;
 use crate::runner::{Place, Runner};
 use crate::showing::{Showing, after};
 use crate::subject::Subject;
@@ -202,7 +202,7 @@ pub(crate) mod tests {
     fn settings(args: &ViewArgs) -> Result<Settings, CliError> {
         match args.subject()? {
             spectral_cli::view::Subject::Scene(settings) => Ok(*settings),
-            spectral_cli::view::Subject::Pond(_) => panic!("a scene"),
+            _ => panic!("a scene"),
         }
     }
 

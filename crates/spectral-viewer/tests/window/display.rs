@@ -30,6 +30,7 @@ const BEHIND: [u8; 3] = [255, 176, 0];
 
 /// Keysyms of the keys that tests press; letters are their ASCII codes.
 pub(crate) const SPACE: u32 = 0x20;
+pub(crate) const HOME: u32 = 0xff50;
 
 /// Pixels of the window.
 #[derive(Clone, PartialEq, Eq)]

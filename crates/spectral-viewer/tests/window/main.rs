@@ -3,6 +3,7 @@
 
 mod display;
 mod pond;
+mod relit;
 
 use std::fs::File;
 use std::io::BufReader;

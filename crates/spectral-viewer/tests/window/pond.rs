@@ -3,7 +3,7 @@
 use std::thread::sleep;
 use std::time::Duration;
 
-use crate::display::{SPACE, Session, difference};
+use crate::display::{HOME, SPACE, Session, difference};
 
 /// Quick on a software driver, and of one brightness: what changes is the light.
 const SMALL: &str = "--map 64 --exposure 1";
@@ -47,9 +47,6 @@ fn use_it(backend: &str) {
     assert!(difference(&still, &again) < NOISE, "not the beginning: {}", difference(&still, &again));
     assert!(window.close().success());
 }
-
-/// The keysym of Home.
-const HOME: u32 = 0xff50;
 
 #[test]
 #[ignore = "needs a display of its own: cargo xtask test"]
