@@ -141,7 +141,7 @@ impl Climber {
             .map_err(|error| Problem::Refused(format!("picture: {error}")))
     }
 
-    fn limits(&self) -> Limits {
+    pub(super) fn limits(&self) -> Limits {
         self.executor.as_ref().map(|executor| executor.limits()).unwrap_or_default()
     }
 

@@ -1,7 +1,7 @@
 //! `cargo xtask ladder`: the price list of accuracy against time.
 //!
 //! Every rung ([`asm_core::rungs`]) of every scene on every executor, its distance from the oracle ([`truth`]) and the time of its frames
-//! ([`measure`]), in one run; which of them nothing beats ([`front`]), and what halving the error costs. The same of [`pond`]s.
+//! ([`measure`]), in one run; which of them nothing beats ([`front`]), and what halving the error costs. The same of [`pond`]s and of relit figures ([`prt`]).
 
 mod control;
 mod front;
@@ -10,6 +10,7 @@ mod oracle_version;
 mod page;
 mod plot;
 mod pond;
+mod prt;
 mod report;
 mod truth;
 
@@ -26,6 +27,7 @@ use xtask::executors::{self, Candidate};
 use xtask::kept::Kept;
 use xtask::net_error::Net;
 use xtask::ponds::{PRICED_PONDS, PondSubject, is_pond, named_ponds};
+use xtask::prt::{PRICED_PRT, PrtSubject, is_prt, named_prt};
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
@@ -40,16 +42,16 @@ use report::{Ladder, SceneEntry};
 /// ladder.json, ladder.csv and ladder.svg.
 #[derive(clap::Args)]
 pub(crate) struct Args {
-    /// A bundled scene, `bunny-glass`, a glTF file, or `pond`; all of them by default. May be repeated, or take several.
+    /// A bundled scene, `bunny-glass`, a glTF file, `pond` or `prt`; all of them by default. May be repeated, or take several.
     #[arg(long = "scene", value_name = "SCENE", num_args = 1..)]
     scenes: Vec<String>,
     /// An executor: cpu, wgpu or vulkan; all of them by default. May be repeated, or take several.
     #[arg(long = "executor", value_name = "ID", num_args = 1..)]
     executors: Vec<String>,
-    /// A method of scenes or of ponds; all of them by default. May be repeated, or take several.
+    /// A method of scenes or of ponds, or a spectral basis of relit figures; all of them by default. May be repeated, or take several.
     #[arg(long = "method", value_name = "METHOD", num_args = 1..)]
     methods: Vec<String>,
-    /// Fewer and smaller rungs, maps of 128 x 128, less oracle, and three scenes and one pond unless others are named.
+    /// Fewer and smaller rungs, maps of 128 x 128, less oracle, and three scenes, one pond and one figure unless others are named.
     #[arg(long)]
     quick: bool,
     /// Photons of the oracle per scene.
@@ -116,7 +118,7 @@ impl Effort {
 /// # Errors
 /// An unwritable folder. Unknown names are an exit code, and what goes wrong on the way is the price list's.
 pub(crate) fn run(args: &Args) -> Result<ExitCode> {
-    let Named { subjects, candidates, rungs, ponds, pond_rungs } = match named(args) {
+    let Named { subjects, candidates, rungs, ponds, pond_rungs, figures, prt_rungs } = match named(args) {
         Ok(named) => named,
         Err(error) => {
             eprintln!("error: {error:#}");
@@ -133,7 +135,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
     let program = oracle_version::oracle_version(&paths::workspace_root())?;
     let mut ladder = Ladder::new(Effort::of(args), args.sabotage);
     let kept = Kept::in_folder(paths::target().join("ladder/oracle"));
-    let count = subjects.len() + ponds.len();
+    let count = subjects.len() + ponds.len() + figures.len();
     for (i, subject) in subjects.iter().enumerate() {
         eprintln!("[{}/{count}] {}", i + 1, subject.name);
         match truth::of(subject, &ladder.effort, &kept, &program) {
@@ -149,6 +151,15 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         }
         pairs.into_iter().for_each(pond::Pair::settle);
     }
+    if !figures.is_empty() {
+        let mut relighting = prt::climbers(&climbers, &missing);
+        let folder = paths::target().join("ladder/transfer");
+        for (i, subject) in figures.iter().enumerate() {
+            eprintln!("[{}/{count}] {}", subjects.len() + ponds.len() + i + 1, subject.name);
+            ladder.climb_prt(subject, &prt_rungs, &folder, &mut relighting);
+        }
+        prt::settle(relighting, &mut climbers);
+    }
     ladder.executors = climbers.into_iter().map(|climber| climber.entry).collect();
     ladder.seconds = start.elapsed().as_secs_f64();
     finish(&ladder, args)
@@ -161,6 +172,8 @@ struct Named {
     rungs: Vec<Rung>,
     ponds: Vec<&'static PondSubject>,
     pond_rungs: Vec<pond::Rung>,
+    figures: Vec<&'static PrtSubject>,
+    prt_rungs: Vec<prt::Rung>,
 }
 
 fn named(args: &Args) -> Result<Named> {
@@ -168,26 +181,33 @@ fn named(args: &Args) -> Result<Named> {
     let names: Vec<&str> = match (args.scenes.as_slice(), args.quick) {
         ([], false) => Subject::names().collect(),
         ([], true) => QUICK_SCENES.to_vec(),
-        (named, _) => named.iter().map(String::as_str).filter(|name| !is_pond(&PRICED_PONDS, name)).collect(),
+        (named, _) => {
+            let others = |name: &&str| is_pond(&PRICED_PONDS, name) || is_prt(&PRICED_PRT, name);
+            named.iter().map(String::as_str).filter(|name| !others(name)).collect()
+        }
     };
     let candidates = executors::named(&args.executors)?;
     let root = paths::workspace_root();
     let open = |name| Subject::open(name, &root).with_context(|| format!("--scene {name}"));
     let mut subjects: Vec<_> = names.into_iter().map(open).collect::<Result<_>>()?;
     let mut ponds = named_ponds(&PRICED_PONDS, &args.scenes, args.quick);
+    let mut figures = named_prt(&PRICED_PRT, &args.scenes, args.quick);
     let (rungs, pond_rungs) = (rungs(&args.methods, args.quick), pond::rungs(&args.methods, args.quick));
+    let prt_rungs = prt::rungs(&args.methods, args.quick);
     // What no method that was named is for.
     subjects.retain(|_| !rungs.is_empty());
     ponds.retain(|_| !pond_rungs.is_empty());
-    if subjects.is_empty() && ponds.is_empty() {
-        bail!("--scene, --method: no scene or pond is left that any of these methods is for");
+    figures.retain(|_| !prt_rungs.is_empty());
+    if subjects.is_empty() && ponds.is_empty() && figures.is_empty() {
+        bail!("--scene, --method: no scene, pond or figure is left that any of these methods is for");
     }
-    Ok(Named { subjects, candidates, rungs, ponds, pond_rungs })
+    Ok(Named { subjects, candidates, rungs, ponds, pond_rungs, figures, prt_rungs })
 }
 
-/// Whether scenes or ponds have methods of these names.
+/// Whether scenes, ponds or figures have methods of these names.
 fn check_methods(methods: &[String]) -> Result<()> {
-    let known: Vec<_> = LADDER.iter().map(|axes| axes.method.name()).chain(pond::METHODS).collect();
+    let known: Vec<_> =
+        LADDER.iter().map(|axes| axes.method.name()).chain(pond::METHODS).chain(prt::METHODS).collect();
     match methods.iter().find(|name| !known.contains(&name.as_str())) {
         Some(unknown) => bail!("--method {unknown}: no such method; there are {}", known.join(", ")),
         None => Ok(()),
@@ -276,7 +296,8 @@ fn finish(ladder: &Ladder, args: &Args) -> Result<ExitCode> {
     ladder.executors.iter().map(ExecutorEntry::line).for_each(|line| println!("{line}"));
     let scenes = ladder.scenes.iter().map(|scene| (scene.name.as_str(), &scene.halving));
     let ponds = ladder.ponds.iter().map(|pond| (pond.name, &pond.halving));
-    for (name, halving) in scenes.chain(ponds) {
+    let figures = ladder.figures.iter().map(|figure| (figure.name, &figure.halving));
+    for (name, halving) in scenes.chain(ponds).chain(figures) {
         halving.iter().for_each(|sentence| println!("{name}: {sentence}"));
     }
     let failures = ladder.failures(test::runs_in_ci());

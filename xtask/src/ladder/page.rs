@@ -11,9 +11,9 @@ use xtask::metrics::Metrics;
 use super::front::digits;
 use super::measure::{Outcome, Problem, Row};
 use super::plot::{self, Family};
-use super::pond;
 use super::report::{Ladder, SceneEntry};
 use super::truth::Noise;
+use super::{pond, prt};
 
 /// For readers who have only the page.
 const LEGEND: &str = "Each rung's irradiance on the scene's receiver is held against the oracle's, in the layer where the caustic is. \
@@ -64,6 +64,7 @@ pub(super) fn page(ladder: &Ladder) -> Result<String> {
         scene(html, ladder, entry)?;
     }
     pond::section(html, ladder)?;
+    prt::section(html, ladder)?;
     controls(html, ladder);
     Ok(out)
 }

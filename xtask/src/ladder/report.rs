@@ -14,7 +14,7 @@ use super::control::Control;
 use super::front::{Halving, Price};
 use super::measure::{Problem, Row};
 use super::truth::{Noise, Truth};
-use super::{Effort, page, plot, pond};
+use super::{Effort, page, plot, pond, prt};
 
 /// Everything that one run measured.
 #[derive(Serialize)]
@@ -33,6 +33,10 @@ pub(super) struct Ladder {
     pub(super) ponds: Vec<pond::Entry>,
     /// Their price list.
     pub(super) pond_rows: Vec<pond::Row>,
+    /// What each relit figure's rungs are held against.
+    pub(super) figures: Vec<prt::Entry>,
+    /// Their price list.
+    pub(super) figure_rows: Vec<prt::Row>,
     /// Texels across and down of every receiver.
     receiver_size: [u32; 2],
     /// Pixels across and down of every picture.
@@ -93,6 +97,8 @@ impl Ladder {
             rows: Vec::new(),
             ponds: Vec::new(),
             pond_rows: Vec::new(),
+            figures: Vec::new(),
+            figure_rows: Vec::new(),
             receiver_size: effort.receiver_size,
             picture_size: effort.picture_size,
             seconds: 0.0,
@@ -100,16 +106,18 @@ impl Ladder {
         }
     }
 
-    /// Rungs of scenes and ponds, on all executors.
+    /// Rungs of scenes, ponds and figures, on all executors.
     pub(super) fn rungs(&self) -> usize {
-        self.rows.len() + self.pond_rows.len()
+        self.rows.len() + self.pond_rows.len() + self.figure_rows.len()
     }
 
     /// Rungs that a device or a method cannot do.
     pub(super) fn refused(&self) -> usize {
         let problems = self.rows.iter().map(|row| &row.problem);
         let of_ponds = self.pond_rows.iter().map(|row| &row.problem);
-        problems.chain(of_ponds).filter(|problem| matches!(problem, Some(Problem::Refused(_)))).count()
+        let of_figures = self.figure_rows.iter().map(|row| &row.problem);
+        let all = problems.chain(of_ponds).chain(of_figures);
+        all.filter(|problem| matches!(problem, Some(Problem::Refused(_)))).count()
     }
 
     /// What a person should be told went wrong, one line each; empty if all is well.
@@ -129,11 +137,17 @@ impl Ladder {
             let problem = row.problem.as_ref().filter(|problem| problem.is_failure() && !row.spoiled)?;
             Some(format!("{} {} {}: {}", row.pond, row.executor, row.rung, problem.text()))
         });
+        let figures =
+            self.figures.iter().filter_map(|f| Some(format!("{}: {}", f.name, f.problem.as_ref()?)));
+        let figure_rows = self.figure_rows.iter().filter_map(|row| {
+            let problem = row.problem.as_ref().filter(|problem| problem.is_failure() && !row.spoiled)?;
+            Some(format!("{} {} {}: {}", row.figure, row.executor, row.rung, problem.text()))
+        });
         let unnoticed = self.controls.iter().filter(|c| !c.failed).map(|c| {
             format!("control `{}` should be farther from the oracle and is not: {}", c.name, c.found)
         });
         let nothing = (self.rungs() == 0).then(|| "no rung was measured".to_owned());
-        let prices = scenes.chain(rows).chain(ponds).chain(pond_rows);
+        let prices = scenes.chain(rows).chain(ponds).chain(pond_rows).chain(figures).chain(figure_rows);
         executors.chain(prices).chain(unnoticed).chain(nothing).chain(self.sabotaged()).collect()
     }
 
@@ -186,12 +200,14 @@ impl Ladder {
         let plots: Vec<_> = self.scenes.iter().map(|scene| self.delta_e_plot(&scene.name)).collect();
         let svg = plot::svg(&plots, 3, &page::FAMILY)?;
         let pond_plots: Vec<_> = self.ponds.iter().map(|pond| self.pond_plot(pond.name)).collect();
+        let figure_plots: Vec<_> = self.figures.iter().map(|figure| self.figure_plot(figure.name)).collect();
         let files = [
             ("ladder.json", serde_json::to_string_pretty(self)?),
             ("ladder.csv", self.csv()?),
             ("ladder.html", page::page(self)?),
             ("ladder.svg", svg),
             ("ladder-pond.svg", plot::svg(&pond_plots, 3, &pond::FAMILY)?),
+            ("ladder-prt.svg", plot::svg(&figure_plots, 2, &prt::FAMILY)?),
         ];
         for (name, text) in &files {
             whole_file::write(&folder.join(name), text.as_bytes())?;
@@ -207,11 +223,14 @@ impl Ladder {
         for row in &self.pond_rows {
             writer.serialize(CsvRow::of_pond(row))?;
         }
+        for row in &self.figure_rows {
+            writer.serialize(CsvRow::of_figure(row))?;
+        }
         String::from_utf8(writer.into_inner()?).context("text")
     }
 }
 
-/// A row without anything nested; the last columns are the pond's.
+/// A row without anything nested; the last columns are the ponds' and the figures'.
 #[derive(Default, Serialize)]
 struct CsvRow<'a> {
     scene: &'a str,
@@ -248,6 +267,13 @@ struct CsvRow<'a> {
     target_error: Option<f64>,
     terms: Option<usize>,
     plan_ms: Option<f64>,
+    coefficients: Option<usize>,
+    bands: Option<usize>,
+    cie94_mean: Option<f64>,
+    cie94_max: Option<f64>,
+    vertex_ms: Option<f64>,
+    shade_ms: Option<f64>,
+    on_cie94_front: bool,
 }
 
 impl<'a> CsvRow<'a> {
@@ -313,6 +339,32 @@ impl<'a> CsvRow<'a> {
             target_error,
             terms: row.terms,
             plan_ms: Some(row.make_ms),
+            ..Self::default()
+        }
+    }
+
+    /// Of a relit figure; its reference has no noise either.
+    fn of_figure(row: &'a prt::Row) -> Self {
+        let outcome = row.outcome.as_ref();
+        Self {
+            scene: row.figure,
+            executor: row.executor,
+            method: row.rung.way.basis(),
+            ms: outcome.map(|o| o.frame.ms),
+            ms_fastest: outcome.map(|o| o.frame.range_ms[0]),
+            ms_slowest: outcome.map(|o| o.frame.range_ms[1]),
+            delta_e_mean: outcome.map(|o| o.error.delta_e_mean),
+            delta_e_p95: outcome.map(|o| o.error.delta_e_p95),
+            rms: outcome.map(|o| o.error.rms),
+            spoiled: row.spoiled,
+            problem: row.problem.as_ref().map_or("", Problem::text),
+            coefficients: Some(row.rung.way.coefficients()),
+            bands: Some(row.rung.bands.count()),
+            cie94_mean: outcome.map(|o| o.error.cie94_mean),
+            cie94_max: outcome.map(|o| o.error.cie94_max),
+            vertex_ms: outcome.and_then(|o| o.vertex_ms),
+            shade_ms: outcome.and_then(|o| o.shade_ms),
+            on_cie94_front: row.on_front,
             ..Self::default()
         }
     }

@@ -3,6 +3,7 @@
 use std::fs;
 
 use asm_core::{Emission, GapFilling, Method, Refraction};
+use xtask::prt::Way;
 
 use super::*;
 
@@ -56,6 +57,15 @@ fn a_small_ladder_has_every_method_and_unknown_ones_are_named() {
         assert!(!own.is_empty() && own.iter().all(|rung| rung.method() == name), "{name}");
         assert!(
             check_methods(&[name.to_owned()]).is_ok() && super::rungs(&[name.to_owned()], true).is_empty()
+        );
+    }
+    for name in prt::METHODS {
+        let own = prt::rungs(&[name.to_owned()], true);
+        assert!(!own.is_empty() && own.iter().all(|rung| rung.way.basis() == name), "{name}");
+        let all = prt::rungs(&[name.to_owned()], false);
+        assert!(own.len() < all.len() && own.iter().all(|rung| all.contains(rung)), "{name}");
+        assert!(
+            check_methods(&[name.to_owned()]).is_ok() && pond::rungs(&[name.to_owned()], true).is_empty()
         );
     }
     let error = check_methods(&["asn".to_owned()]).expect_err("no such method").to_string();
@@ -188,4 +198,66 @@ fn a_spoiled_pond_never_ends_well() {
     assert_eq!(ladder.controls.len(), ladder.pond_rows.len());
     assert!(ladder.controls.iter().all(|control| control.failed || control.name.contains("convolution")));
     assert!(!ladder.failures(false).is_empty());
+}
+
+/// A small figure's price list on the CPU: RGB and five coefficients with few bands and with many.
+fn climbed_figure(test: &str, sabotage: Option<Sabotage>) -> Ladder {
+    let folder = folder(test);
+    let cpu = executors::named(&["cpu".into()]).expect("an executor");
+    let mut climbers: Vec<_> = cpu.into_iter().map(|c| Climber::new(c, "")).collect();
+    let mut ladder = Ladder::new(tiny(), sabotage);
+    let mut relighting = prt::climbers(&climbers, "");
+    let rungs = prt::rungs(&[], true).into_iter().filter(|rung| match rung.way {
+        Way::Rgb | Way::Optimal(5 | 8) => rung.bands.count() != 5,
+        _ => false,
+    });
+    let subject = PRICED_PRT.iter().find(|subject| subject.name == "prt-soft-box").expect("a figure");
+    ladder.climb_prt(subject, &rungs.collect::<Vec<_>>(), &folder, &mut relighting);
+    prt::settle(relighting, &mut climbers);
+    ladder.executors = climbers.into_iter().map(|climber| climber.entry).collect();
+    fs::remove_dir_all(folder).expect("removed");
+    ladder
+}
+
+#[test]
+fn a_figure_has_prices_and_controls_that_fail() {
+    let folder = folder("figure");
+    let ladder = climbed_figure("figure-transfer", None);
+    assert_eq!(ladder.failures(false), Vec::<String>::new());
+    let mean = |way: Way, bands: usize| {
+        let row =
+            ladder.figure_rows.iter().find(|row| row.rung.way == way && row.rung.bands.count() == bands);
+        row.and_then(|row| row.outcome.as_ref()).expect("measured").error.cie94_mean
+    };
+    // A lamp 20 degrees wide is more than three bands can tell; RGB errs with any number of them.
+    assert!(mean(Way::Optimal(5), 3) > 3.0 * mean(Way::Optimal(5), 8));
+    assert!(mean(Way::Rgb, 8) > 5.0 && mean(Way::Rgb, 3) > 5.0);
+    assert!(mean(Way::Optimal(8), 8) < mean(Way::Optimal(5), 8));
+    // Two of the plan, four of frames.
+    assert!(ladder.controls.len() == 6 && ladder.controls.iter().all(|control| control.failed));
+    assert!(ladder.figure_rows.iter().any(|row| row.on_front));
+    assert!(ladder.figures[0].judged_share > 0.0);
+
+    ladder.write(&folder).expect("written");
+    let read = |name: &str| fs::read_to_string(folder.join(name)).expect("a file");
+    let json: serde_json::Value = serde_json::from_str(&read("ladder.json")).expect("JSON");
+    let row = &json["figure_rows"][0];
+    assert_eq!((&row["rung"]["basis"], &row["rung"]["bands"]), (&"rgb".into(), &3.into()));
+    assert!(row["outcome"]["cie94_mean"].as_f64().is_some_and(|v| v > 5.0), "{row}");
+    assert_eq!(read("ladder.csv").lines().count(), 1 + ladder.figure_rows.len());
+    let html = read("ladder.html");
+    assert!(html.contains("prt-soft-box") && html.contains("halving the error cost"), "{html}");
+    assert!(read("ladder-prt.svg").contains("prt-soft-box"));
+    fs::remove_dir_all(folder).expect("removed");
+}
+
+#[test]
+fn a_spoiled_figure_never_ends_well_and_nothing_to_spoil_is_said() {
+    let ladder = climbed_figure("figure-spoiled", Some(Sabotage::Channel));
+    assert!(ladder.figure_rows.iter().all(|row| row.spoiled && !row.on_front));
+    assert_eq!(ladder.controls.len(), ladder.figure_rows.len());
+    assert!(ladder.controls.iter().all(|control| control.failed) && !ladder.failures(false).is_empty());
+    let nothing = climbed_figure("figure-ior", Some(Sabotage::Ior));
+    assert!(nothing.controls.is_empty() && nothing.figure_rows.iter().all(|row| !row.spoiled));
+    assert!(nothing.failures(false).iter().any(|failure| failure.starts_with("nothing to spoil")));
 }

@@ -96,8 +96,8 @@ pub const PRT: [PrtSubject; 4] = [
 
 /// Figures of the price list: a soft sky, where directions cost next to nothing, and a lamp.
 pub const PRICED_PRT: [PrtSubject; 2] = [
-    PrtSubject { name: "prt-overcast", rays: 1024, ..PRT[0] },
-    PrtSubject { name: "prt-soft-box", sky: SkyShape::SoftBox, rays: 1024, ..PRT[0] },
+    PrtSubject { name: "prt-overcast", ..PRT[0] },
+    PrtSubject { name: "prt-soft-box", sky: SkyShape::SoftBox, ..PRT[0] },
 ];
 
 /// The name of all of them together.
