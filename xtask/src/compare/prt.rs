@@ -268,10 +268,10 @@ impl Compared<'_> {
         let bound = accepted(self.stage.subject, way, truth.lamp);
         let check = Checked { subject: self.stage.subject.name, way, lamp: truth.lamp };
         // What a fault does to a colour is more than an error only if it is more than what is accepted.
-        let (small, none) =
+        let (tiny, must_err) =
             (bound.iter().any(|b| b.metric == "xyz_max"), bound.iter().any(|b| b.least > 0.0));
         let seen_in_colours =
-            |fault: Fault| !none && (small || matches!(fault, Fault::Reflectances | Fault::Lamp));
+            |fault: Fault| !must_err && (tiny || matches!(fault, Fault::Reflectances | Fault::Lamp));
         let spoiled = |seen: &dyn Fn(Fault) -> bool| -> Vec<(&'static str, Vec<[f32; 3]>)> {
             let first = frames.first().into_iter().flat_map(|first| &first.spoiled);
             let seen = first.filter(|(fault, _)| seen(*fault));
@@ -300,7 +300,7 @@ impl Compared<'_> {
             check.record([a.name, F64], picture, spoiled(&|_| true), &distance, &NONE_DIFFERS, report);
             let distance = |xyz: &[[f32; 3]]| json!(ColourDistance::of(xyz, &truth.sampled, self.reference));
             let mut controls = spoiled(&seen_in_colours);
-            if none {
+            if must_err {
                 let sampled = truth.sampled.iter().map(|xyz| xyz.map(|v| v as f32)).collect();
                 controls.push(("spectra in place of RGB", sampled));
             }

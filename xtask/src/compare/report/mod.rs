@@ -53,7 +53,7 @@ pub(crate) struct Check {
     pub(crate) scene: String,
     /// Method name.
     pub(crate) method: String,
-    /// `direct`, `refracted`, `reflected`, or `camera`.
+    /// `direct`, `refracted`, `reflected`, `camera`, `floor` of a pond, or the lamp of a relit figure.
     pub(crate) layer: &'static str,
     /// Whose result.
     pub(crate) a: &'static str,
