@@ -9,7 +9,7 @@ use xtask::layers::Layer;
 use xtask::sabotage::Sabotage;
 use xtask::subject::Subject;
 
-use crate::{SIZE, executors};
+use crate::SIZE;
 
 /// A bake of the small size.
 ///
@@ -55,12 +55,16 @@ fn disparities(subject: &Subject, a: &IrradianceMaps, b: &IrradianceMaps, bound:
 ///
 /// # Panics
 /// If they do not.
-pub fn assert_executors_agree(subject: &Subject, settings: &Settings, bound: Bound) {
+pub fn assert_executors_agree(
+    executors: &mut [(&'static str, Box<dyn Executor>)],
+    subject: &Subject,
+    settings: &Settings,
+    bound: Bound,
+) {
     let name = &subject.name;
     let plan = plan_of(subject, settings);
-    let mut executors = executors();
     let mut results = Vec::new();
-    for (id, executor) in &mut executors {
+    for (id, executor) in executors.iter_mut() {
         let (maps, statistics) = run(&plan, executor.as_mut());
         let (again, statistics_again) = run(&plan, executor.as_mut());
         assert!(bits(&maps).eq(bits(&again)), "{name}: {id} gave two results");

@@ -50,10 +50,11 @@ fn small() -> Settings {
 
 #[test]
 fn adaptive_emission_gives_the_grids_map_on_every_executor() {
+    let mut executors = executors();
     for name in ["ring", "gem", "water"] {
         let subject = subject(name);
         let mut counts = Vec::new();
-        for (id, executor) in &mut executors() {
+        for (id, executor) in &mut executors {
             let mut map = |emission| {
                 let settings = Settings { emission: Some(emission), ..small() };
                 buffer_of(&subject, &settings, "map", executor.as_mut())
@@ -109,10 +110,11 @@ fn words_of(
 
 #[test]
 fn gap_filling_has_the_same_bits_on_every_executor() {
+    let mut executors = executors();
     let subject = subject("prism");
     for rule in [GapFilling::Disc, GapFilling::Paper, GapFilling::PaperLiteral] {
         let settings = Settings { method: Method::Asm, gap_filling: Some(rule), ..small() };
-        for (id, executor) in &mut executors() {
+        for (id, executor) in &mut executors {
             let mask = if rule == GapFilling::Disc { "gap reach" } else { "gap mask" };
             let names = ["map", "gap offsets", mask, "filled map", "gap energy"];
             let (plan, read) = words_of(&subject, &settings, &names, executor.as_mut());
@@ -158,6 +160,7 @@ const PARITY_FLIP: f64 = 4e-3;
 
 #[test]
 fn deferred_refraction_looks_the_same_everywhere_and_more_like_the_oracle() {
+    let mut executors = executors();
     // The prism's camera sees nothing through it: nothing may appear there.
     for (name, better) in [("sphere", true), ("prism", false), ("gem", true), ("water", true)] {
         let subject = subject(name);
@@ -170,12 +173,12 @@ fn deferred_refraction_looks_the_same_everywhere_and_more_like_the_oracle() {
         let oracle =
             spectral_reference::render(&subject.scene, &settings, &|_| {}).expect("an oracle's picture");
         let mut pictures = Vec::new();
-        for (id, executor) in &mut executors() {
+        for (id, executor) in &mut executors {
             let mut picture = |view| {
                 let settings = Settings {
                     glass_view: Some(view),
-                    emission_size: 256,
-                    map_size: Some(256),
+                    emission_size: 192,
+                    map_size: Some(192),
                     ..Settings::of(Method::Asm)
                 };
                 let plan = render_plan(&subject.scene, 0, PICTURE, &settings, &Limits::default())
@@ -199,6 +202,7 @@ fn deferred_refraction_looks_the_same_everywhere_and_more_like_the_oracle() {
 
 #[test]
 fn pictures_with_fitted_maps_have_the_same_bits_on_one_driver() {
+    let mut executors = executors();
     let mut changed = 0;
     for name in ["glass", "lamps"] {
         let subject = subject(name);
@@ -206,8 +210,8 @@ fn pictures_with_fitted_maps_have_the_same_bits_on_one_driver() {
             let settings = Settings {
                 map_fit: Some(fit),
                 reflections: Reflections::All,
-                emission_size: 256,
-                map_size: Some(256),
+                emission_size: 128,
+                map_size: Some(128),
                 ..Settings::of(Method::CausticsMap)
             };
             render_plan(&subject.scene, 0, PICTURE, &settings, &Limits::default())
@@ -215,7 +219,7 @@ fn pictures_with_fitted_maps_have_the_same_bits_on_one_driver() {
         };
         let (fitted, wide) = (plan(MapFit::Landings), plan(MapFit::Receivers));
         let mut pictures: Vec<(&str, DeviceInfo, Vec<[f32; 3]>)> = Vec::new();
-        for (id, executor) in &mut executors() {
+        for (id, executor) in &mut executors {
             let mut picture = |plan| {
                 render(plan, executor.as_mut()).unwrap_or_else(|error| panic!("{name} on {id}: {error}"))
             };

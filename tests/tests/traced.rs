@@ -4,7 +4,7 @@ use asm_core::{GapFilling, Method, Refraction, Settings};
 use spectral_reference::{BakeSettings, Effort};
 use spectral_scene::IrradianceMaps;
 use workspace_tests::agreement::{assert_executors_agree, plan_of, run};
-use workspace_tests::{SIZE, subject};
+use workspace_tests::{SIZE, executors, subject};
 use xtask::checks::Bound;
 use xtask::layers::Layer;
 use xtask::metrics::{Metrics, compare};
@@ -74,9 +74,10 @@ const PARITY: Bound = Bound { delta_e_mean: Some(0.01), rms_64: Some(1e-3), tota
 
 #[test]
 fn traced_photons_agree_on_every_executor() {
+    let mut executors = executors();
     for (name, method) in SCENES {
         let refraction = Some(Refraction::Traced);
-        let settings = Settings { refraction, emission_size: 96, map_size: Some(96), ..Settings::of(method) };
-        assert_executors_agree(&subject(name), &settings, PARITY);
+        let settings = Settings { refraction, emission_size: 64, map_size: Some(96), ..Settings::of(method) };
+        assert_executors_agree(&mut executors, &subject(name), &settings, PARITY);
     }
 }

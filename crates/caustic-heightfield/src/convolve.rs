@@ -1,5 +1,6 @@
 //! Sums of convolutions: floor(x) = sum over terms r of (source_r * kernel_r)(x), in space or by FFT, whichever is cheaper.
 
+use std::ops::Range;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -211,8 +212,22 @@ impl<T: Sample> TermSum<T> {
 const BLOCK: usize = 32;
 
 /// Add what comes to row `j` of the floor through a part of the terms' kernels; `terms` are kernels with what they are applied to, `edge` is
-/// room for what lies around a row.
+/// room for what lies around a row. In the widest registers that this processor has, with the same bits on all.
 pub(crate) fn sum_row<'a, T: Real + 'a>(
+    row: &mut [T],
+    j: usize,
+    size: [usize; 2],
+    outside: Outside,
+    window: (Window, Part),
+    terms: impl Iterator<Item = (&'a [T], &'a [T])> + Clone,
+    edge: &mut Vec<T>,
+) {
+    pulp::Arch::new().dispatch(|| sum_blocks(row, j, size, outside, window, terms, edge));
+}
+
+// Inlined into each kind of registers.
+#[inline(always)]
+fn sum_blocks<'a, T: Real + 'a>(
     row: &mut [T],
     j: usize,
     size: [usize; 2],
@@ -243,12 +258,7 @@ pub(crate) fn sum_row<'a, T: Real + 'a>(
                     add_taps(&mut sums, weights, &source[lit.start as usize..lit.end as usize]);
                     continue;
                 }
-                edge.clear();
-                edge.extend(lit.clone().map(|i| match outside {
-                    Outside::Periodic => source[i.rem_euclid(width) as usize],
-                    Outside::Dark if (0..width).contains(&i) => source[i as usize],
-                    Outside::Dark => T::zero(),
-                }));
+                take_around(edge, source, lit.clone(), outside);
                 add_taps(&mut sums, weights, edge);
             }
         }
@@ -256,8 +266,31 @@ pub(crate) fn sum_row<'a, T: Real + 'a>(
     }
 }
 
+/// Samples of a row from before it to behind it.
+fn take_around<T: Real>(edge: &mut Vec<T>, row: &[T], lit: Range<i64>, outside: Outside) {
+    let width = row.len() as i64;
+    edge.clear();
+    match outside {
+        Outside::Dark => {
+            let inside = lit.start.clamp(0, width)..lit.end.clamp(0, width);
+            edge.resize((inside.start.min(lit.end) - lit.start).max(0) as usize, T::zero());
+            edge.extend_from_slice(&row[inside.start as usize..inside.end as usize]);
+            edge.resize((lit.end - lit.start) as usize, T::zero());
+        }
+        Outside::Periodic => {
+            let mut at = lit.start;
+            while at < lit.end {
+                let from = at.rem_euclid(width);
+                let run = (width - from).min(lit.end - at);
+                edge.extend_from_slice(&row[from as usize..(from + run) as usize]);
+                at += run;
+            }
+        }
+    }
+}
+
 /// Add the taps of a line of a kernel; `lit` begins where its last one is.
-#[inline]
+#[inline(always)]
 fn add_taps<T: Real>(sums: &mut [T; BLOCK], weights: &[T], lit: &[T]) {
     let mut own = *sums;
     for (&weight, lit) in weights.iter().rev().zip(lit.windows(BLOCK)) {

@@ -116,7 +116,7 @@ fn spot(scene: &Scene, towards: DVec3, distance: f64) -> DVec3 {
 #[test]
 fn a_prism_deviates_as_theory_says() {
     let dispersion = Dispersion::Cauchy { a: 1.7, b_um2: 0.02, c_um4: 0.0 };
-    for lambda_nm in [450.0, 587.56, 680.0] {
+    for lambda_nm in [450.0, 680.0] {
         let n = dispersion.ior(lambda_nm);
         let minimum = (n * 0.5).asin();
         for incidence in [minimum, minimum + 5_f64.to_radians()] {
