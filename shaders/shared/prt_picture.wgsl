@@ -40,7 +40,7 @@ struct PrtAlbedo {
 @group(0) @binding(6) var<storage, read> albedos: array<PrtAlbedo>;
 @group(0) @binding(7) var<storage, read> index_maps: array<u32>;         // entries of the palette
 @group(0) @binding(8) var<storage, read> palette: array<vec4<f32>>;      // entry, block, colour-matching function
-@group(0) @binding(9) var<storage, read_write> picture: array<vec4<f32>>; // XYZ
+@group(0) @binding(9) var<storage, read_write> picture: array<vec4<f32>>; // XYZ, share without a surface
 
 // What is seen at a sample.
 struct Seen {
@@ -70,26 +70,27 @@ fn reflected_by_palette(seen: Seen, albedo: PrtAlbedo) -> vec3<f32> {
     return xyz;
 }
 
-// XYZ of radiance times pi.
-fn radiance_at(sample: vec2<u32>) -> vec3<f32> {
+// XYZ of radiance times pi, and 1 where no surface is.
+fn radiance_at(sample: vec2<u32>) -> vec4<f32> {
     let visible = textureLoad(visibility, vec2<i32>(sample), 0).r;
     if visible == NOTHING {
-        return vec3<f32>(0.0);
+        return vec4<f32>(0.0, 0.0, 0.0, 1.0);
     }
     let hit = plane_hit(triangles[visible - 1u], view_ray(views[params.camera_view], vec2<f32>(sample) + 0.5));
     if !hit.crosses || hit.facing >= 0.0 {
-        return vec3<f32>(0.0); // from behind it is black
+        return vec4<f32>(0.0); // from behind it is black
     }
     // A rasteriser's idea of a triangle is coarser than this one: just outside is on the edge.
     var weights = max(vec3<f32>(1.0 - hit.u - hit.v, hit.u, hit.v), vec3<f32>(0.0));
     weights /= weights.x + weights.y + weights.z;
     let triangle = corners[visible - 1u];
     let uv = weights.x * triangle.uv0 + weights.y * triangle.uv1 + weights.z * triangle.uv2;
-    return reflected(Seen(triangle.vertices * params.blocks, weights, uv), albedos[triangle.albedo]);
+    let seen = Seen(triangle.vertices * params.blocks, weights, uv);
+    return vec4<f32>(reflected(seen, albedos[triangle.albedo]), 0.0);
 }
 
 fn shaded(pixel: vec2<u32>) -> vec4<f32> {
-    var sum = vec3<f32>(0.0);
+    var sum = vec4<f32>(0.0);
     for (var j = 0u; j < params.samples; j++) {
         for (var i = 0u; i < params.samples; i++) {
             sum += radiance_at(pixel * params.samples + vec2<u32>(i, j));
@@ -97,5 +98,5 @@ fn shaded(pixel: vec2<u32>) -> vec4<f32> {
     }
     let mean = sum / f32(params.samples * params.samples);
     let xyz = mean.x * params.shown_from_x + mean.y * params.shown_from_y + mean.z * params.shown_from_z;
-    return vec4<f32>(xyz, 0.0);
+    return vec4<f32>(xyz, mean.w);
 }

@@ -1,5 +1,6 @@
 //! `spectral prt`: matt surfaces under spectral skies, by precomputed transfer (Schwenk et al. 2010).
 
+mod background;
 pub(crate) mod differences;
 pub(crate) mod environment;
 mod figure;

@@ -176,6 +176,16 @@ impl SpectralSky {
         (0..self.grid.samples()).map(at).collect()
     }
 
+    /// XYZ of radiance: of each harmonic coefficient, in the light's unit times nm.
+    pub fn xyz(&self, observer: Observer) -> Vec<[f64; 3]> {
+        self.spectra.iter().map(|spectrum| light_xyz(&self.grid, observer, spectrum)).collect()
+    }
+
+    /// Bands of spherical harmonics.
+    pub fn bands(&self) -> Bands {
+        self.bands
+    }
+
     /// In the coefficients of a frame.
     ///
     /// # Panics

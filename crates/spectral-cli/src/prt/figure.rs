@@ -214,7 +214,7 @@ fn shown(
                 skies.iter().map(|(sky, balance)| Lit { sky, balance: *balance }).collect();
             let scene = figure.scene(SceneTransfer::Direct(&transfer), palette);
             let (taken, ms) = pictures(executor.as_mut(), &scene, &figure.camera, args.panel_size(), &lit)?;
-            in_turn.0.extend(taken);
+            in_turn.0.extend(taken.into_iter().map(|taken| taken.picture));
             in_turn.1 = ms;
         }
         Ok::<_, CliError>(in_turn)

@@ -9,9 +9,9 @@ use spectral_prt::{
 };
 use spectral_scene::{Camera, Scene};
 
-use super::PrtArgs;
 use super::environment::Environment;
-use super::stage::{Lit, pictures, transfer};
+use super::stage::{Lit, Taken, pictures, transfer};
+use super::{PrtArgs, background};
 use crate::backend::{self, RELIT};
 use crate::choices::Basis;
 use crate::error::CliError;
@@ -95,7 +95,10 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     let backend::Chosen { mut executor, reason } = backend::choose(&args.device, &RELIT)?;
     let lit = [Lit { sky: &sky, balance }];
     let (mut taken, frame_ms) = pictures(executor.as_mut(), &relit, &matt.camera, args.picture_size(), &lit)?;
-    let picture = taken.pop().expect("one light, one picture");
+    let Taken { mut picture, uncovered } = taken.pop().expect("one light, one picture");
+    // The sky is shown as the surfaces are, however bright it is.
+    let display = picture.display(args.exposure);
+    background::fill(&mut picture, &uncovered, &matt.camera, &environment);
     times.did("picture");
 
     let ringing_pixels = picture.xyz.iter().filter(|xyz| xyz[1] < 0.0).count();
@@ -112,7 +115,6 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
             .write(&file)
             .map_err(|e| e.to_string()),
         ImageFormat::Png => {
-            let display = picture.display(args.exposure);
             png::write(&file, picture.size, &picture.srgb8(&display)).map_err(|e| e.to_string())
         }
     }

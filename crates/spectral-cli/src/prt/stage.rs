@@ -42,6 +42,12 @@ pub(super) struct Lit<'a> {
     pub(super) balance: Option<Shown>,
 }
 
+/// A picture, and of each pixel the share where no surface is.
+pub(super) struct Taken {
+    pub(super) picture: Picture,
+    pub(super) uncovered: Vec<f32>,
+}
+
 /// Pictures of a scene under lights, one after the other by one plan, and milliseconds of a warm frame.
 ///
 /// # Errors
@@ -52,7 +58,7 @@ pub(super) fn pictures(
     camera: &Camera,
     size: Size,
     lights: &[Lit<'_>],
-) -> Result<(Vec<Picture>, f64), CliError> {
+) -> Result<(Vec<Taken>, f64), CliError> {
     let settings = RelightingSettings { size: [size.width, size.height], samples: SAMPLES };
     let exposure = |lit: &Lit<'_>| Exposure { factor: 1.0, balance: lit.balance };
     let shots: Vec<Shot<'_>> = lights
@@ -66,9 +72,10 @@ pub(super) fn pictures(
     for shot in &shots {
         relighting.write(executor, shot).map_err(failed)?;
         executor.execute().map_err(CliError::failed)?;
-        let picture = Picture { size, xyz: relighting.read(executor).map_err(CliError::failed)?.xyz };
+        let (seen, uncovered) = relighting.read_with_uncovered(executor).map_err(CliError::failed)?;
+        let picture = Picture { size, xyz: seen.xyz };
         picture.check()?;
-        pictures.push(picture);
+        pictures.push(Taken { picture, uncovered });
     }
     let warm = WarmFrames::of(&relighting.plan, executor).map_err(CliError::failed)?;
     Ok((pictures, warm.round_ms(executor).map_err(CliError::failed)?))

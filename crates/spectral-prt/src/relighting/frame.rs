@@ -106,13 +106,25 @@ impl Relighting {
     /// # Errors
     /// Those of the executor.
     pub fn read(&self, executor: &mut dyn Executor) -> Result<Picture, ExecuteError> {
-        let bytes = executor.read(self.ids.picture)?;
-        let pixel = |bytes: &[u8]| bytemuck::pod_read_unaligned::<Vec4>(bytes).truncate().to_array();
-        let [width, height] = self.shape.size;
-        Ok(Picture { width, height, xyz: bytes.chunks_exact(16).map(pixel).collect() })
+        Ok(self.read_with_uncovered(executor)?.0)
     }
 
-    /// The buffer that a frame leaves the picture in: XYZ and padding per pixel, f32, rows from the top.
+    /// The same, and of each pixel the share where no surface is, 0 to 1: where the sky would be seen.
+    ///
+    /// # Errors
+    /// Those of the executor.
+    pub fn read_with_uncovered(
+        &self,
+        executor: &mut dyn Executor,
+    ) -> Result<(Picture, Vec<f32>), ExecuteError> {
+        let bytes = executor.read(self.ids.picture)?;
+        let pixels = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned::<Vec4>);
+        let (xyz, uncovered) = pixels.map(|pixel| (pixel.truncate().to_array(), pixel.w)).unzip();
+        let [width, height] = self.shape.size;
+        Ok((Picture { width, height, xyz }, uncovered))
+    }
+
+    /// The buffer that a frame leaves the picture in: XYZ and the share without a surface per pixel, f32, rows from the top.
     pub fn picture(&self) -> ResourceId {
         self.ids.picture
     }

@@ -148,16 +148,16 @@ impl<'a> Inputs<'a> {
         xyz
     }
 
-    /// XYZ of radiance times pi.
-    fn radiance_at(&self, sample: UVec2, reflected: &impl Fn(&Self, &Seen, &PrtAlbedo) -> Vec3) -> Vec3 {
+    /// XYZ of radiance times pi, and 1 where no surface is.
+    fn radiance_at(&self, sample: UVec2, reflected: &impl Fn(&Self, &Seen, &PrtAlbedo) -> Vec3) -> Vec4 {
         let visible = self.visibility.load_uint(sample.x, sample.y);
         if visible == NOTHING {
-            return Vec3::ZERO;
+            return Vec4::W;
         }
         let view = &self.views[self.params.camera_view as usize];
         let hit = self.triangles[visible as usize - 1].plane_hit(view.ray(sample.as_vec2() + 0.5));
         if !hit.crosses || hit.facing >= 0.0 {
-            return Vec3::ZERO; // from behind it is black
+            return Vec4::ZERO; // from behind it is black
         }
         // A rasteriser's idea of a triangle is coarser than this one: just outside is on the edge.
         let mut weights = Vec3::new(1.0 - hit.u - hit.v, hit.u, hit.v).max(Vec3::ZERO);
@@ -165,10 +165,10 @@ impl<'a> Inputs<'a> {
         let triangle = &self.corners[visible as usize - 1];
         let uv = weights.x * triangle.uv0 + weights.y * triangle.uv1 + weights.z * triangle.uv2;
         let seen = Seen { first_blocks: triangle.vertices * self.params.blocks, weights, uv };
-        reflected(self, &seen, &self.albedos[triangle.albedo as usize])
+        reflected(self, &seen, &self.albedos[triangle.albedo as usize]).extend(0.0)
     }
 
-    /// The picture, XYZ per pixel, where surfaces reflect irradiance as `reflected` says.
+    /// The picture, per pixel XYZ and the share without a surface, where surfaces reflect irradiance as `reflected` says.
     pub(crate) fn shade(
         &self,
         picture: &mut [Vec4],
@@ -179,13 +179,14 @@ impl<'a> Inputs<'a> {
         picture.par_chunks_mut(size.x as usize).take(size.y as usize).enumerate().for_each(|(y, row)| {
             for (x, pixel) in row.iter_mut().enumerate() {
                 let first = UVec2::new(x as u32, y as u32) * samples;
-                let mut sum = Vec3::ZERO;
+                let mut sum = Vec4::ZERO;
                 for j in 0..samples {
                     for i in 0..samples {
                         sum += self.radiance_at(first + UVec2::new(i, j), &reflected);
                     }
                 }
-                *pixel = (shown * (sum / (samples * samples) as f32)).extend(0.0);
+                let mean = sum / (samples * samples) as f32;
+                *pixel = (shown * mean.truncate()).extend(mean.w);
             }
         });
     }

@@ -1,5 +1,6 @@
 //! Physics: what colours must be.
 
+use frame_plan::Executor;
 use glam::{DMat3, DVec3};
 use spectral_core::basis::SpectralBasis;
 use spectral_core::color_checker;
@@ -47,6 +48,27 @@ fn an_unoccluded_white_ball_under_an_even_sky_shows_the_illuminant() {
     let picture = Stage::new(&surfaces, &transfer, &projection, &grey).picture(&shot(&sky, &camera));
     let truth = light_xyz(&GRID, OBSERVER, &lights[1]);
     assert!(seen(&picture).all(|xyz| (xyz[1] - truth[1]).abs() > 5e-5 * truth[1]));
+}
+
+/// The share of a pixel that a white ball does not cover is what an even sky of luminance 1 lacks of 1 there; at the silhouette it is
+/// neither 0 nor 1.
+#[test]
+fn what_no_surface_covers_is_told() {
+    let surfaces = [ball(DMat3::IDENTITY, true)];
+    let transfer = transfer(&surfaces, 1);
+    let stage = Stage::new(&surfaces, &transfer, &RGB, &[GRID.sample(|_| 1.0)]);
+    let stage = Stage { settings: RelightingSettings { samples: 3, ..stage.settings }, ..stage };
+    let (sky, camera) = (even(&[1.0; 3]), camera(DVec3::new(1.0, 2.0, 4.0)));
+    let relighting = stage.plan(&shot(&sky, &camera)).expect("a plan");
+    let mut executor = executor(&relighting);
+    executor.execute().expect("a frame");
+    let (picture, uncovered) = relighting.read_with_uncovered(&mut executor).expect("a picture");
+    for (xyz, share) in picture.xyz.iter().zip(&uncovered) {
+        assert!((xyz[1] + share - 1.0).abs() < 1e-5, "{xyz:?} {share}");
+    }
+    let partly = uncovered.iter().filter(|share| (0.01..0.99).contains(*share)).count();
+    let [all, none] = [0.0, 1.0].map(|whole| uncovered.iter().filter(|share| **share == whole).count());
+    assert!(partly > 20 && all > 100 && none > 100, "{all} {partly} {none}");
 }
 
 /// A chart by an index map: every patch where it belongs, with the colour that the basis gives it, and white-balanced.
