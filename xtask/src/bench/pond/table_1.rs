@@ -22,6 +22,8 @@ use crate::driver::{self, Drivers};
 
 /// Samples across the kernels of the paper's table.
 const KERNEL_SAMPLES: usize = 7;
+/// Ponds of more samples on a side are measured with the paper's kernels alone: those as far as the pond goes have four times its samples.
+const MOST_WHOLE: usize = 1024;
 /// Impulses whose height fields the paper times, at 128 and at 256 samples on a side; each has four images.
 const IMPULSES: [usize; 2] = [1, 3];
 
@@ -33,13 +35,22 @@ struct Row {
     side: usize,
     /// The paper's method with its 7 x 7 kernels: passes 1 to 6.
     seven_by_seven_ms: f64,
-    /// The same with kernels as far as there is a pond.
+    /// The paper's method by the crate's own functions, in the same run, by this.
+    by_software: f64,
+    #[serde(flatten)]
+    whole: Option<WholeRow>,
+    /// Heights of one and of three impulses with their images.
+    heights_ms: [f64; 2],
+}
+
+/// Of sizes up to [`MOST_WHOLE`].
+#[derive(Serialize)]
+struct WholeRow {
+    /// The paper's method with kernels as far as there is a pond.
     convolution_ms: f64,
     /// Low-rank terms for 1 %.
     low_rank_ms: f64,
     terms: usize,
-    /// Heights of one and of three impulses with their images.
-    heights_ms: [f64; 2],
 }
 
 /// Milliseconds of the crate's own f32 functions, which are no plans.
@@ -47,7 +58,7 @@ struct Row {
 struct Software {
     side: usize,
     seven_by_seven_ms: f64,
-    low_rank_ms: f64,
+    low_rank_ms: Option<f64>,
 }
 
 #[derive(Serialize)]
@@ -74,8 +85,8 @@ pub(in crate::bench) fn run(args: &Args) -> Result<ExitCode> {
     for candidate in executors::named_of(POND_EXECUTORS, &args.executors)? {
         match (candidate.open)(None) {
             Ok(mut executor) => {
-                for subject in &subjects {
-                    report.rows.push(subject.measure(executor.as_mut(), args.rounds)?);
+                for (subject, software) in subjects.iter().zip(&report.software) {
+                    report.rows.push(subject.measure(executor.as_mut(), software, args.rounds)?);
                 }
             }
             Err(ExecuteError::NoDevice { reason, .. }) => {
@@ -96,7 +107,12 @@ struct Subject {
     side: usize,
     surface: caustic_heightfield::HeightField,
     seven: Convolution<f32>,
-    whole: Convolution<f32>,
+    whole: Option<Whole>,
+}
+
+/// Kernels as far as there is a pond.
+struct Whole {
+    convolution: Convolution<f32>,
     terms: LowRank<f32>,
 }
 
@@ -107,13 +123,12 @@ impl Subject {
             let settings = ConvolutionSettings { kernel_samples, ..ConvolutionSettings::default() };
             Convolution::new([side; 2], EXTENT_M, &pond, settings)
         };
-        Ok(Self {
-            side,
-            seven: convolution(Some(KERNEL_SAMPLES))?,
-            whole: convolution(None)?,
-            terms: LowRank::new(std::slice::from_ref(&surface), &pond, LowRankSettings::default())?,
-            surface,
-        })
+        let whole = || -> Result<Whole> {
+            let terms = LowRank::new(std::slice::from_ref(&surface), &pond, LowRankSettings::default())?;
+            Ok(Whole { convolution: convolution(None)?, terms })
+        };
+        let whole = (side <= MOST_WHOLE).then(whole).transpose()?;
+        Ok(Self { side, seven: convolution(Some(KERNEL_SAMPLES))?, whole, surface })
     }
 
     fn software(&self, rounds: u32) -> Result<Software> {
@@ -130,11 +145,13 @@ impl Subject {
         Ok(Software {
             side: self.side,
             seven_by_seven_ms: time(&|| Ok(self.seven.floor(&self.surface).map(drop)?))?,
-            low_rank_ms: time(&|| Ok(self.terms.floor(&self.surface).map(drop)?))?,
+            low_rank_ms: (self.whole.as_ref())
+                .map(|whole| time(&|| Ok(whole.terms.floor(&self.surface).map(drop)?)))
+                .transpose()?,
         })
     }
 
-    fn measure(&self, executor: &mut dyn Executor, rounds: u32) -> Result<Row> {
+    fn measure(&self, executor: &mut dyn Executor, software: &Software, rounds: u32) -> Result<Row> {
         let DeviceInfo { executor: id, device, .. } = executor.info().clone();
         eprintln!("{id}, {} x {} samples", self.side, self.side);
         let settings = PlanSettings::default();
@@ -144,21 +161,25 @@ impl Subject {
             warm_ms(&plan.plan, executor, rounds)
         };
         let seven_by_seven_ms = frames(&self.seven.plan(&settings)?)?;
-        let convolution_ms = frames(&self.whole.plan(&settings)?)?;
-        let low_rank_ms = frames(&self.terms.plan(&settings)?)?;
+        let whole = match &self.whole {
+            Some(Whole { convolution, terms }) => Some(WholeRow {
+                convolution_ms: frames(&convolution.plan(&settings)?)?,
+                low_rank_ms: frames(&terms.plan(&settings)?)?,
+                terms: terms.report().terms,
+            }),
+            None => None,
+        };
         let mut heights_ms = [0.0; 2];
         for (ms, impulses) in heights_ms.iter_mut().zip(IMPULSES) {
             *ms = self.heights_ms(executor, impulses, rounds)?;
         }
-        let terms = self.terms.report().terms;
         Ok(Row {
             executor: id,
             device,
             side: self.side,
             seven_by_seven_ms,
-            convolution_ms,
-            low_rank_ms,
-            terms,
+            by_software: software.seven_by_seven_ms / seven_by_seven_ms,
+            whole,
             heights_ms,
         })
     }
@@ -190,9 +211,10 @@ impl Report {
     fn markdown(&self) -> String {
         let mut text = format!(
             "Frames per second, medians of {} rounds; 7 x 7: the paper's convolutions; ratio: low-rank for 1 % by convolutions \
-             with kernels as far as there is a pond; heights: one impulse and three, with four images each.\n\n\
-             | size | executor | 7 x 7 | convolution | low-rank | terms | ratio | heights, 1 | heights, 3 |\n\
-             |---|---|---|---|---|---|---|---|---|\n",
+             with kernels as far as there is a pond; by software: 7 x 7 against the crate's own functions; heights: one impulse \
+             and three, with four images each.\n\n\
+             | size | executor | 7 x 7 | by software | convolution | low-rank | terms | ratio | heights, 1 | heights, 3 |\n\
+             |---|---|---|---|---|---|---|---|---|---|\n",
             self.rounds
         );
         let fps = |ms: f64| match 1e3 / ms {
@@ -200,17 +222,26 @@ impl Report {
             many => format!("{many:.0}"),
         };
         for row in &self.rows {
+            let whole = row.whole.as_ref().map_or_else(
+                || "- | - | - | -".to_owned(),
+                |whole| {
+                    format!(
+                        "{} | {} | {} | {:.2}",
+                        fps(whole.convolution_ms),
+                        fps(whole.low_rank_ms),
+                        whole.terms,
+                        whole.low_rank_ms / whole.convolution_ms,
+                    )
+                },
+            );
             let _ = writeln!(
                 text,
-                "| {}² | {}, {} | {} | {} | {} | {} | {:.2} | {} | {} |",
+                "| {}² | {}, {} | {} | {:.2} | {whole} | {} | {} |",
                 row.side,
                 row.executor,
                 row.device,
                 fps(row.seven_by_seven_ms),
-                fps(row.convolution_ms),
-                fps(row.low_rank_ms),
-                row.terms,
-                row.low_rank_ms / row.convolution_ms,
+                row.by_software,
                 fps(row.heights_ms[0]),
                 fps(row.heights_ms[1]),
             );
@@ -218,10 +249,10 @@ impl Report {
         for row in &self.software {
             let _ = writeln!(
                 text,
-                "| {}² | functions of the crate, f32 | {} | | {} | | | | |",
+                "| {}² | functions of the crate, f32 | {} | 1 | - | {} | | | | |",
                 row.side,
                 fps(row.seven_by_seven_ms),
-                fps(row.low_rank_ms),
+                row.low_rank_ms.map_or_else(|| "-".to_owned(), fps),
             );
         }
         for (id, reason) in &self.skipped {
