@@ -24,7 +24,10 @@ struct Shown {
 impl Shown {
     fn open(name: &str, size: [u32; 2]) -> Self {
         let subject = PRT.iter().find(|subject| subject.name == name).expect("a figure");
-        let folder: PathBuf = std::env::temp_dir().join(format!("spectral-{name}-{}", std::process::id()));
+        // Tests of one figure, in one process, ask for their own sizes.
+        let [width, height] = size;
+        let folder: PathBuf =
+            std::env::temp_dir().join(format!("spectral-{name}-{width}x{height}-{}", std::process::id()));
         let stage = Stage::open(subject, Bands::new(BANDS).expect("bands"), &folder).expect("a figure");
         std::fs::remove_dir_all(folder).expect("removed");
         let reference = stage.reference(size);

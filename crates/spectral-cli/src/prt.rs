@@ -33,7 +33,7 @@ pub(crate) struct PrtArgs {
     #[arg(long, value_name = "1|2", value_parser = clap::value_parser!(u8).range(1..=2), allow_negative_numbers = true)]
     figure: Option<u8>,
     /// The sky: an equirectangular EXR file with R, G and B or with spectra, a JSON file of harmonics and spectra, or the name of an
-    /// illuminant for an overcast one [default: D65].
+    /// illuminant, the same from everywhere [default: D65].
     #[arg(long, value_name = "FILE|ILLUMINANT", conflicts_with = "figure")]
     environment: Option<String>,
     /// Spectral basis: peercy or optimal.

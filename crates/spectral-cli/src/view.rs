@@ -136,11 +136,7 @@ impl ViewArgs {
             (!is_pond, self.option_of_the_pond(), "`spectral view pond`"),
             (is_pond, self.option_of_scenes(), "scenes; leave it out for the pond"),
             (!is_relit, self.option_of_relighting(), "what is relit: add --environment"),
-            (
-                is_relit,
-                self.option_of_plans(),
-                "light through glass and water; leave it out with --environment",
-            ),
+            (is_relit, self.option_of_plans(), "light through glass and water, not for what is relit"),
         ];
         for (is_foreign, option, what) in foreign {
             if let (true, Some(option)) = (is_foreign, option) {

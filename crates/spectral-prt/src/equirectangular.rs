@@ -64,8 +64,8 @@ pub(crate) fn projected(
 struct Harmonics {
     bands: Bands,
     size: [usize; 2],
-    /// Cells along each side of a texel.
-    cells: usize,
+    /// Cells across and down a texel.
+    cells: [usize; 2],
     at: Vec<f64>,
     over: Vec<f64>,
 }
@@ -73,15 +73,22 @@ struct Harmonics {
 impl Harmonics {
     fn new(bands: Bands, size: [usize; 2]) -> Self {
         let empty = vec![0.0; bands.coefficients()];
-        Self { bands, size, cells: ROWS.div_ceil(size[1]), at: empty.clone(), over: empty }
+        Self {
+            bands,
+            size,
+            cells: [(2 * ROWS).div_ceil(size[0]), ROWS.div_ceil(size[1])],
+            at: empty.clone(),
+            over: empty,
+        }
     }
 
     fn over(&mut self, texel: usize) -> &[f64] {
-        let [width, height] = self.size;
-        let corner = [texel % width, texel / width].map(|i| (i * self.cells) as f64);
-        let side = [width, height].map(|texels| 1.0 / (texels * self.cells) as f64);
+        let ([width, _], [across, down]) = (self.size, self.cells);
+        let at = [texel % width, texel / width];
+        let corner = [0, 1].map(|axis| (at[axis] * self.cells[axis]) as f64);
+        let side = [0, 1].map(|axis| 1.0 / (self.size[axis] * self.cells[axis]) as f64);
         self.over.fill(0.0);
-        for (column, row) in (0..self.cells * self.cells).map(|i| (i % self.cells, i / self.cells)) {
+        for (column, row) in (0..across * down).map(|i| (i % across, i / across)) {
             let place =
                 [(corner[0] + column as f64 + 0.5) * side[0], (corner[1] + row as f64 + 0.5) * side[1]];
             let (direction, solid_angle) = cell(place, side);
@@ -98,7 +105,7 @@ mod tests {
 
     #[test]
     fn an_even_picture_of_any_size_is_even() {
-        for size in [[1, 1], [3, 2], [64, 32], [100, 1500]] {
+        for size in [[1, 1], [3, 2], [64, 32], [100, 1500], [3000, 1]] {
             let [even] = &projected(Bands::MAX, size, 1, |_, value| value[0] = 1.0)[..] else {
                 panic!("one")
             };

@@ -82,7 +82,7 @@ impl Resampling {
 
 /// Whether each of the wavelengths is finite and longer than the one before.
 pub(crate) fn ascending(wavelengths_nm: &[f64]) -> Result<(), WavelengthsError> {
-    let follows = |pair: &&[f64]| pair[0] < pair[1] && pair[1].is_finite();
+    let follows = |pair: &&[f64]| pair[0].is_finite() && pair[0] < pair[1] && pair[1].is_finite();
     match wavelengths_nm.windows(2).find(|pair| !follows(pair)) {
         Some(pair) => Err(WavelengthsError::Order { before_nm: pair[0], got_nm: pair[1] }),
         None => Ok(()),

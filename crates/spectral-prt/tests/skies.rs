@@ -100,7 +100,7 @@ fn a_file_comes_back_with_its_wavelengths_in_order() {
 
 /// An even sky of an illuminant from a file is that illuminant; others are not.
 #[test]
-fn an_even_spectral_picture_is_an_overcast_sky() {
+fn an_even_spectral_picture_is_an_even_sky() {
     let folder = tempfile::tempdir().expect("folder");
     let path = folder.path().join("sky.exr");
     let (transfer, basis) = (transfer(), basis());

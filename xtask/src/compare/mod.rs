@@ -32,10 +32,10 @@ pub(crate) struct Args {
     /// A bundled scene, `bunny-glass`, a glTF file, `pond` or `prt`; all of them by default. May be repeated.
     #[arg(long = "scene", value_name = "SCENE")]
     scenes: Vec<String>,
-    /// A method; all of them by default. May be repeated.
+    /// A method of scenes; all of them by default. May be repeated.
     #[arg(long = "method", value_name = "METHOD")]
     methods: Vec<MethodName>,
-    /// Smaller maps, less oracle, and three scenes unless others are named.
+    /// Smaller maps, less oracle, and three scenes, one pond and one figure unless others are named.
     #[arg(long)]
     quick: bool,
     /// Spoil one executor's plan: the comparison must notice and end with status 1.
@@ -95,29 +95,17 @@ struct Effort {
     map_size: [u32; 2],
     /// Most photons of the oracle, per scene.
     oracle_photons: u64,
-    /// Pixels across and down a camera picture.
+    /// Pixels across and down a camera picture, or a relit figure.
     picture_size: [u32; 2],
     /// Eye paths of the oracle, per pixel and lamp.
     oracle_samples: u32,
-    /// Pixels across and down a relit figure.
-    figure_size: [u32; 2],
 }
 
 impl Effort {
-    const FULL: Self = Self {
-        map_size: [256, 256],
-        oracle_photons: 1 << 23,
-        picture_size: [320, 180],
-        oracle_samples: 4,
-        figure_size: [320, 180],
-    };
-    const QUICK: Self = Self {
-        map_size: [128, 128],
-        oracle_photons: 1 << 20,
-        picture_size: [160, 90],
-        oracle_samples: 2,
-        figure_size: [160, 90],
-    };
+    const FULL: Self =
+        Self { map_size: [256, 256], oracle_photons: 1 << 23, picture_size: [320, 180], oracle_samples: 4 };
+    const QUICK: Self =
+        Self { map_size: [128, 128], oracle_photons: 1 << 20, picture_size: [160, 90], oracle_samples: 2 };
 }
 
 /// An executor and what became of it.
@@ -195,7 +183,7 @@ pub(crate) fn run(args: &Args) -> Result<ExitCode> {
         let folder = paths::target().join("compare/transfer");
         for (i, figure) in figures.iter().enumerate() {
             eprintln!("[{}/{}] {}", i + 1, figures.len(), figure.name);
-            prt::compare(figure, effort.figure_size, &folder, args.sabotage, &mut contenders, &mut report);
+            prt::compare(figure, effort.picture_size, &folder, args.sabotage, &mut contenders, &mut report);
         }
     }
     report.executors = contenders.into_iter().map(|c| c.entry).collect();

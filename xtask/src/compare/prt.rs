@@ -73,6 +73,9 @@ const fn between(metric: &'static str, least: f64, most: f64) -> Accepted {
     Accepted { metric, least, most }
 }
 
+/// Of the pixels that show something, no fewer are judged.
+const LEAST_JUDGED: f64 = 0.3;
+
 /// What is asked of pictures that show the same.
 const NONE_DIFFERS: [Accepted; 1] = [at_most("differing", 0.0)];
 
@@ -131,6 +134,12 @@ pub(super) fn compare(
     match Stage::open(subject, Bands::default(), folder) {
         Ok(stage) => {
             let reference = stage.reference(size);
+            let judged = reference.certain_share();
+            if judged.is_nan() || judged < LEAST_JUDGED {
+                let problem = format!("of what shows something only {:.1} % is judged", 100.0 * judged);
+                report.checks.push(failed(subject.name, "all", F64, problem));
+                return;
+            }
             let figure = Compared { stage: &stage, reference: &reference, sabotage };
             for &way in ways(subject) {
                 match figure.compare(way, contenders, report) {
@@ -141,11 +150,11 @@ pub(super) fn compare(
                 }
             }
             entry.notes.push(format!(
-                "{} x {} pixels; judged are {:.1} % of those that show something, farther than 1/16 of a pixel from every edge of a triangle \
-                 or a paint",
+                "{} x {} pixels; judged are {:.1} % of those that show something: they see one triangle and paint, and so do the points \
+                 1/16 of a pixel to the left, the right, above and below",
                 size[0],
                 size[1],
-                100.0 * reference.certain_share()
+                100.0 * judged
             ));
         }
         Err(error) => report.checks.push(failed(subject.name, "all", F64, format!("{error:#}"))),
@@ -170,7 +179,7 @@ struct Frames {
     device: String,
     /// Of each lamp, XYZ.
     xyz: Vec<Vec<[f32; 3]>>,
-    /// The same with each fault; of the first executor only.
+    /// The same with each fault.
     spoiled: Vec<(Fault, Vec<Vec<[f32; 3]>>)>,
 }
 
@@ -206,7 +215,7 @@ impl Compared<'_> {
         for (i, contender) in contenders.iter_mut().enumerate() {
             let sabotage = self.sabotage.filter(|_| i == last);
             // A spoiled executor is no measure for controls.
-            let with_faults = i == 0 && self.sabotage.is_none();
+            let with_faults = self.sabotage.is_none();
             match self.frames(&colours, &truths, contender, sabotage, with_faults, report) {
                 Ok(made) => frames.push(made),
                 Err(error) => report.checks.push(failed(
@@ -272,12 +281,11 @@ impl Compared<'_> {
             (bound.iter().any(|b| b.metric == "xyz_max"), bound.iter().any(|b| b.least > 0.0));
         let seen_in_colours =
             |fault: Fault| !must_err && (tiny || matches!(fault, Fault::Reflectances | Fault::Lamp));
-        let spoiled = |seen: &dyn Fn(Fault) -> bool| -> Vec<(&'static str, Vec<[f32; 3]>)> {
-            let first = frames.first().into_iter().flat_map(|first| &first.spoiled);
-            let seen = first.filter(|(fault, _)| seen(*fault));
-            seen.map(|(fault, xyz)| (fault.words(), xyz[lamp].clone())).collect()
-        };
         for (i, a) in frames.iter().enumerate() {
+            let spoiled = |seen: &dyn Fn(Fault) -> bool| -> Vec<(&'static str, Vec<[f32; 3]>)> {
+                let seen = a.spoiled.iter().filter(|(fault, _)| seen(*fault));
+                seen.map(|(fault, xyz)| (fault.words(), xyz[lamp].clone())).collect()
+            };
             let picture = &a.xyz[lamp];
             for b in &frames[i + 1..] {
                 let same = a.device == b.device;
@@ -393,6 +401,7 @@ impl Checked {
         });
     }
 }
+
 /// Something that should have given a picture gave an error.
 fn failed(scene: &str, method: &str, who: &'static str, problem: String) -> Check {
     eprintln!("  {who}: {problem}");

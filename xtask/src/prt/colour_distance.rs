@@ -7,7 +7,7 @@ use spectral_core::rgb::D65_WHITE_XYZ;
 
 use super::Reference;
 
-/// Colours of a picture against a reference's, over the pixels that every rasteriser sees alike.
+/// Colours of a picture against a reference's, over the pixels that show something and that every rasteriser sees alike.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct ColourDistance {
     /// Mean of CIE94.
@@ -33,7 +33,7 @@ impl ColourDistance {
         let lab = |xyz| lab_from_xyz(xyz, D65_WHITE_XYZ);
         let (mut cie94, mut delta_e) = (Vec::new(), Vec::new());
         let (mut error, mut light, mut xyz_max) = (0.0, 0.0, 0.0_f64);
-        for i in reference.certain_pixels() {
+        for i in reference.shown_pixels() {
             let (truth, got) = (truth[i], picture[i].map(f64::from));
             cie94.push(delta_e_94(lab(truth), lab(got)));
             delta_e.push(delta_e_2000(lab(truth), lab(got)));
@@ -41,8 +41,8 @@ impl ColourDistance {
             light += truth[1].powi(2);
             // Backs are black, in a picture as in the truth.
             if truth[1] != 0.0 {
-                let worst = (0..3).map(|c| (got[c] - truth[c]).abs()).fold(0.0, f64::max);
-                xyz_max = xyz_max.max(worst / truth[1].abs());
+                let worst = (0..3).map(|c| (got[c] - truth[c]).abs()).fold(0.0, nan_is_largest);
+                xyz_max = nan_is_largest(xyz_max, worst / truth[1].abs());
             }
         }
         cie94.sort_by(f64::total_cmp);

@@ -47,7 +47,7 @@ impl Reference {
         let seen = at(DVec2::ZERO);
         let brightest = seen.iter().flatten().map(|s| s.irradiance).fold(0.0, f64::max);
         let place = |seen: &Option<Seen>| seen.map(|s| (s.surface, s.triangle, s.paint));
-        let mut certain: Vec<bool> = seen.iter().map(Option::is_some).collect();
+        let mut certain = vec![true; seen.len()];
         for direction in [DVec2::X, DVec2::Y, -DVec2::X, -DVec2::Y] {
             let there = at(BESIDE_PIXELS * direction);
             for (certain, (here, there)) in certain.iter_mut().zip(seen.iter().zip(&there)) {
@@ -72,15 +72,20 @@ impl Reference {
         PI / self.brightest
     }
 
-    /// Pixels, by their index, in which every rasteriser sees the same: those that are judged.
+    /// Pixels, by their index, in which every rasteriser sees the same, if only nothing: those that are judged.
     pub fn certain_pixels(&self) -> impl Iterator<Item = usize> + '_ {
         (0..self.certain.len()).filter(|&i| self.certain[i])
     }
 
-    /// What share of the pixels that show something they are.
+    /// Those of them that show something.
+    pub fn shown_pixels(&self) -> impl Iterator<Item = usize> + '_ {
+        self.certain_pixels().filter(|&i| self.seen[i].is_some())
+    }
+
+    /// What share of the pixels that show something is judged.
     #[must_use]
     pub fn certain_share(&self) -> f64 {
-        self.certain_pixels().count() as f64 / self.seen.iter().flatten().count() as f64
+        self.shown_pixels().count() as f64 / self.seen.iter().flatten().count() as f64
     }
 }
 

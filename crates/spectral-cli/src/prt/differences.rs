@@ -7,7 +7,7 @@ use spectral_core::rgb::D65_WHITE_XYZ;
 /// CIE94 over the pixels that show something.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Differences {
-    /// Of all pixels.
+    /// Mean.
     pub mean: f64,
     /// 95th percentile.
     pub p95: f64,

@@ -51,7 +51,11 @@ impl Environment {
             // Whoever made a picture in RGB has balanced it: its white is D65 with Y = 1.
             return Ok(Self { sky, white: unit(&power(Illuminant::D65)) });
         };
-        Ok(Self { white: sky.mean(), sky })
+        let white = sky.mean();
+        if light_xyz(&GRID, OBSERVER, &white)[1] <= 0.0 {
+            return Err(failed(&"no light from 400 to 700 nm: nothing would be lit"));
+        }
+        Ok(Self { sky, white })
     }
 
     /// As bright from everywhere in another lamp's light.

@@ -124,6 +124,7 @@ fn skies_that_are_none_are_named() {
     let folder = tempfile::tempdir().expect("folder");
     write_even_sky(&folder.path().join("paint.exr"), "T", |_| 0.5);
     write_even_sky(&folder.path().join("cold.exr"), "S0", |nm| 550.0 - nm);
+    write_even_sky(&folder.path().join("infrared.exr"), "S0", |nm| f64::from(nm > 750.0));
     fs::write(folder.path().join("sky.json"), "{}").expect("written");
     let failed = |sky: &str, said: &[&str]| {
         let command = format!("prt prism --backend cpu --environment {sky} -o p.png");
@@ -132,6 +133,7 @@ fn skies_that_are_none_are_named() {
     };
     failed("paint.exr", &["paint.exr", "reflectances", "S0.<nm>nm"]);
     failed("cold.exr", &["cold.exr", "column 0, row 0", "555 nm", "not negative"]);
+    failed("infrared.exr", &["infrared.exr", "no light from 400 to 700 nm"]);
     failed("sky.json", &["sky.json", "lights"]);
 }
 

@@ -16,22 +16,24 @@ pub(super) fn of_figure(course: &Course, rows: &[Row], made: &[Made], climber: &
     };
     let Ok((relighting, colours)) = climber.relighting(course, made, None) else { return Vec::new() };
     let mut controls = Vec::new();
-    let mut note = |what: &str, found: Result<ColourDistance, Problem>| {
-        let (failed, found) = verdict(plain, found);
+    let mut note = |what: &str, (failed, found): (bool, String)| {
         let name = format!("{} {} {}: {what}", row.figure, row.executor, row.rung);
         controls.push(Control { name, failed, found });
     };
     for sabotage in Sabotage::ALL {
         let plan = spoiled(&relighting.plan, sabotage);
         if plan != relighting.plan {
-            note(prt::fault(sabotage), climber.prt_error(course, made, colours, &relighting, &plan, None));
+            let found = climber.prt_error(course, made, colours, &relighting, &plan, None);
+            note(prt::fault(sabotage), verdict(plain, found));
         }
     }
     for fault in Fault::ALL {
         let found = climber.relighting(course, made, Some(fault)).and_then(|(relighting, colours)| {
             climber.prt_error(course, made, colours, &relighting, &relighting.plan, Some(fault))
         });
-        note(fault.words(), found);
+        // A frame with a fault is a picture all the same.
+        let refused = |problem: Problem| (false, problem.text().to_owned());
+        note(fault.words(), found.map_or_else(refused, |found| verdict(plain, Ok(found))));
     }
     controls
 }

@@ -12,7 +12,7 @@ use super::{Entry, FAMILY, Row};
 
 /// For readers who have only the page.
 const LEGEND: &str = "Relit figures: CIE94 and CIEDE2000 of a frame from the same figure in f64, sampled every 5 nm and with ten bands, exposed so that \
-white where light is strongest is the screen's. Judged are the pixels that are farther than 1/16 of a pixel from every edge of a triangle or a paint. \
+white where light is strongest is the screen's. Judged are the pixels that see one triangle and paint with the points 1/16 of a pixel left, right, above and below. \
 m is the number of spectral coefficients, L that of bands of spherical harmonics. ms is a whole frame; beside it, where the device tells, the parts that m and L are \
 about: lighting vertices and shading pixels, of one frame. A row with ● is one that no other of its executor beats.";
 
