@@ -86,7 +86,15 @@ pub(in crate::bench) fn run(args: &Args) -> Result<ExitCode> {
         match (candidate.open)(None) {
             Ok(mut executor) => {
                 for (subject, software) in subjects.iter().zip(&report.software) {
-                    report.rows.push(subject.measure(executor.as_mut(), software, args.rounds)?);
+                    match subject.measure(executor.as_mut(), software, args.rounds) {
+                        Ok(row) => report.rows.push(row),
+                        // What is beyond the device's limits; other sizes are not.
+                        Err(error) if is_refusal(&error) => {
+                            let what = format!("{}, {}²", candidate.id, subject.side);
+                            report.skipped.push((what, format!("{error:#}")));
+                        }
+                        Err(error) => return Err(error),
+                    }
                 }
             }
             Err(ExecuteError::NoDevice { reason, .. }) => {
@@ -100,6 +108,10 @@ pub(in crate::bench) fn run(args: &Args) -> Result<ExitCode> {
     whole_file::write(&args.out.join("pond.md"), markdown.as_bytes())?;
     println!("{markdown}");
     Ok(ExitCode::SUCCESS)
+}
+
+fn is_refusal(error: &anyhow::Error) -> bool {
+    matches!(error.downcast_ref(), Some(ExecuteError::InvalidPlan { .. } | ExecuteError::OutOfMemory { .. }))
 }
 
 /// What is measured at one size: gentle waves under light from 40 degrees.
