@@ -14,7 +14,6 @@ use std::path::PathBuf;
 
 use clap::Args;
 use spectral_core::basis::{BasisError, Optimal, SpectralBasis, Training};
-use spectral_core::illuminant::Illuminant;
 use spectral_prt::Bands;
 use spectral_prt::figures::{GRID, OBSERVER};
 
@@ -117,14 +116,4 @@ fn trained(
         Basis::Peercy => training.peercy(coefficients),
         Basis::Optimal => training.optimal(coefficients, Optimal::default()),
     }
-}
-
-/// The power of an illuminant at the wavelengths of the figures.
-fn power(illuminant: Illuminant) -> Vec<f64> {
-    GRID.sample(|lambda_nm| illuminant.relative_power(lambda_nm))
-}
-
-/// All lamps that a basis should know.
-fn lamps() -> Vec<Vec<f64>> {
-    Illuminant::ALL.into_iter().map(power).collect()
 }

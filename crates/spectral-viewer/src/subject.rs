@@ -8,7 +8,7 @@ use frame_plan::{Decision, DeviceInfo, Executor, Made, StepTime};
 use crate::graphics::Graphics;
 use crate::hand::Touch;
 use crate::maker::Maker;
-use crate::runner::Place;
+use crate::runner::{Place, Runner};
 use crate::showing::Showing;
 use crate::worker::Wake;
 
@@ -59,8 +59,11 @@ pub(crate) trait Subject {
     fn showing(&self) -> &Showing;
     /// The same, to be changed.
     fn showing_mut(&mut self) -> &mut Showing;
-    /// Who is to make its pictures, and where.
-    fn place(&self) -> Place;
+    /// Who is to make its pictures, and where: wgpu within the window's frames.
+    fn place(&self) -> Place {
+        let runner = self.showing().runner;
+        Place { runner, inside: runner == Runner::Wgpu }
+    }
     /// What makes its pictures there; `wake` is told of those that are made beside the window.
     fn maker(&self, graphics: &Graphics, wake: Wake) -> Maker<Self::Job>;
     /// The picture to make for an area of the screen, pixels.

@@ -10,9 +10,8 @@ use glam::{DMat3, DVec3};
 use serde::Serialize;
 use spectral_core::basis::{Optimal, SpectralBasis, Training};
 use spectral_core::color_checker;
-use spectral_core::grid::SpectralGrid;
 use spectral_core::illuminant::Illuminant;
-use spectral_core::observer::Observer;
+use spectral_prt::figures::{GRID, OBSERVER, lamps, power};
 use spectral_prt::{
     Albedo, Bands, Exposure, IndexMap, Palette, Projection, Relighting, RelightingSettings, RelitScene,
     SceneTransfer, Shot, Sky, SpectralMap, Surface, Transfer, TransferSettings, precompute, sh,
@@ -27,8 +26,6 @@ use crate::driver::{self, Drivers};
 
 /// Scenes whose objects are relit, with the ColorChecker as their albedo.
 const SCENES: [&str; 2] = ["sphere", "organic"];
-const GRID: SpectralGrid = SpectralGrid::SCHWENK_2010;
-const OBSERVER: Observer = Observer::Cie1931;
 /// Texels across and down a map of spectra.
 const MAP: [u32; 2] = [252, 168];
 
@@ -167,7 +164,7 @@ impl Subject {
             spectral_maps: &spectral_maps,
             albedos: &albedos,
         };
-        let lamp = GRID.sample(|l| Illuminant::Fl4.relative_power(l));
+        let lamp = power(Illuminant::Fl4);
         let mut shape = sh::harmonics(Bands::default(), DVec3::new(1.0, 2.0, 1.0).normalize());
         shape[0] *= 2.0;
         let sky = Sky::of_shape(Bands::default(), &shape, &projection.light(&lamp));
@@ -182,8 +179,7 @@ impl Subject {
     }
 
     fn basis(&self, coefficients: usize) -> Result<SpectralBasis> {
-        let lights: Vec<Vec<f64>> =
-            Illuminant::ALL.iter().map(|i| GRID.sample(|l| i.relative_power(l))).collect();
+        let lights = lamps();
         let training =
             Training { grid: GRID, observer: OBSERVER, reflectances: &self.chart, lights: &lights };
         Ok(training.optimal(coefficients, Optimal::default())?)

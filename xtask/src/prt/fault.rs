@@ -5,8 +5,8 @@ use std::borrow::Cow;
 use frame_plan::{Plan, Step};
 use glam::{DMat3, DVec3};
 use spectral_core::illuminant::Illuminant;
+use spectral_prt::figures::power;
 
-use super::power;
 use crate::sabotage::Sabotage;
 
 /// A fault in what a frame is given.

@@ -16,7 +16,7 @@ use serde::Serialize;
 use spectral_core::basis::{Optimal, SpectralBasis, Training};
 use spectral_core::illuminant::Illuminant;
 use spectral_core::patch::{Shown, light_xyz, sampled_xyz};
-use spectral_prt::figures::{Figure, GRID, OBSERVER};
+use spectral_prt::figures::{Figure, GRID, OBSERVER, lamps, power};
 use spectral_prt::{
     Bands, Exposure, Palette, Projection, Relighting, RelightingError, RelightingSettings, SceneTransfer,
     Shot, Sky, Transfer, TransferSettings, cache,
@@ -113,7 +113,7 @@ impl Stage {
     /// # Errors
     /// More coefficients than the rank.
     pub fn colours(&self, way: Way) -> Result<Colours> {
-        let lights: Vec<Vec<f64>> = Illuminant::ALL.into_iter().map(power).collect();
+        let lights = lamps();
         let reflectances = &self.figure.reflectances;
         let training = Training { grid: GRID, observer: OBSERVER, reflectances, lights: &lights };
         let basis = match way {
@@ -205,12 +205,6 @@ pub struct Lit {
     pub bands: Bands,
     /// XYZ is multiplied by it.
     pub factor: f64,
-}
-
-/// An illuminant's power on the figures' grid.
-#[must_use]
-pub fn power(lamp: Illuminant) -> Vec<f64> {
-    GRID.sample(|lambda_nm| lamp.relative_power(lambda_nm))
 }
 
 /// Shows an illuminant as D65.

@@ -56,7 +56,7 @@ mod tests {
         let bands = Bands::default();
         let shape = shape_of_bands(bands, &[vec![2.0 * std::f64::consts::PI.sqrt()], slope.to_vec()])
             .expect("a shape");
-        let white = super::super::power(Illuminant::Fl4);
+        let white = spectral_prt::figures::power(Illuminant::Fl4);
         let sky = SpectralSky::of_shape(bands, GRID, &shape, &white);
         let mut picture = Picture { size: SIZE, xyz: vec![[0.0; 3]; 45] };
         let camera = Camera::look_at(DVec3::Z, DVec3::ZERO);

@@ -5,10 +5,10 @@ use std::path::Path;
 use glam::DVec3;
 use spectral_core::illuminant::Illuminant;
 use spectral_core::patch::{Shown, light_xyz};
-use spectral_prt::figures::{GRID, OBSERVER};
+use spectral_prt::figures::{GRID, OBSERVER, lamps, power};
 use spectral_prt::{Bands, Panorama, SpectralPanorama, SpectralSky};
 
-use super::{lamps, power, sky_file};
+use super::sky_file;
 use crate::error::CliError;
 
 /// Where light comes from.

@@ -5,13 +5,13 @@ use spectral_core::color_checker;
 use spectral_core::display::Display;
 use spectral_core::illuminant::Illuminant;
 use spectral_core::patch::{Shown, light_xyz};
-use spectral_prt::figures::{self, Figure, GRID, OBSERVER, sky_shape};
+use spectral_prt::figures::{self, Figure, GRID, OBSERVER, lamps, power, sky_shape};
 use spectral_prt::{Bands, Palette, Projection, SceneTransfer, Sky};
 
+use super::PrtArgs;
 use super::differences::{Differences, differences};
 use super::panels::{Panels, difference_map, scale};
 use super::stage::{Lit, pictures, transfer};
-use super::{PrtArgs, lamps, power};
 use crate::backend::{self, RELIT};
 use crate::choices::Basis;
 use crate::error::CliError;

@@ -3,13 +3,13 @@
 use spectral_core::basis::{BasisError, SpectralBasis};
 use spectral_core::color_checker;
 use spectral_core::illuminant::Illuminant;
-use spectral_prt::figures::{self, Figure, GRID, sky_shape};
+use spectral_prt::figures::{self, Figure, GRID, power, sky_shape};
 use spectral_prt::{Bands, SpectralSky, Transfer};
 
 use super::environment::Environment;
 use super::scene::matt;
 use super::stage::transfer;
-use super::{power, trained};
+use super::trained;
 use crate::choices::Basis;
 use crate::error::CliError;
 use crate::scene_argument;

@@ -6,11 +6,10 @@ use std::path::{Path, PathBuf};
 use serde::Deserialize;
 use spectral_core::illuminant::Illuminant;
 use spectral_core::patch::light_xyz;
-use spectral_prt::figures::{GRID, OBSERVER};
+use spectral_prt::figures::{GRID, OBSERVER, power};
 use spectral_prt::{Bands, Resampling, SpectralSky, shape_of_bands};
 
 use super::environment::unit;
-use super::power;
 use crate::error::CliError;
 
 #[derive(Deserialize)]

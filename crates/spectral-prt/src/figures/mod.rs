@@ -8,6 +8,7 @@ mod painted_knot;
 
 use glam::DVec3;
 use spectral_core::grid::SpectralGrid;
+use spectral_core::illuminant::Illuminant;
 use spectral_core::observer::Observer;
 use spectral_scene::Camera;
 
@@ -25,6 +26,18 @@ use crate::surface::Surface;
 pub const GRID: SpectralGrid = SpectralGrid::SCHWENK_2010;
 /// Whose eyes.
 pub const OBSERVER: Observer = Observer::Cie1931;
+
+/// An illuminant's power on [`GRID`].
+#[must_use]
+pub fn power(illuminant: Illuminant) -> Vec<f64> {
+    GRID.sample(|lambda_nm| illuminant.relative_power(lambda_nm))
+}
+
+/// All illuminants on [`GRID`]: what a basis should know.
+#[must_use]
+pub fn lamps() -> Vec<Vec<f64>> {
+    Illuminant::ALL.into_iter().map(power).collect()
+}
 
 /// What comes from the whole sky, as a part of what comes from its brightest place.
 const OVERCAST: f64 = 0.3;

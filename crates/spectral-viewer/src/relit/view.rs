@@ -20,7 +20,6 @@ use crate::graphics::Graphics;
 use crate::hand::{Grip, Touch};
 use crate::maker::Maker;
 use crate::orbit::{Orbit, axes};
-use crate::runner::{Place, Runner};
 use crate::showing::{Showing, after};
 use crate::subject::Subject;
 use crate::worker::Wake;
@@ -89,11 +88,6 @@ impl Subject for View {
 
     fn showing_mut(&mut self) -> &mut Showing {
         &mut self.showing
-    }
-
-    fn place(&self) -> Place {
-        let runner = self.showing.runner;
-        Place { runner, inside: runner == Runner::Wgpu }
     }
 
     fn maker(&self, graphics: &Graphics, wake: Wake) -> Maker<RelitJob> {
@@ -182,6 +176,7 @@ pub(super) mod tests {
     use spectral_cli::{Basis, CliError};
 
     use crate::relit::choices::Colors;
+    use crate::runner::Runner;
 
     #[derive(Parser)]
     struct Cli {

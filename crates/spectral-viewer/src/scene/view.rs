@@ -22,7 +22,6 @@ use crate::graphics::Graphics;
 use crate::hand::{Grip, Touch};
 use crate::maker::Maker;
 use crate::orbit::Orbit;
-use crate::runner::{Place, Runner};
 use crate::showing::{Showing, after};
 use crate::subject::Subject;
 use crate::worker::Wake;
@@ -101,11 +100,6 @@ impl Subject for View {
 
     fn showing_mut(&mut self) -> &mut Showing {
         &mut self.showing
-    }
-
-    fn place(&self) -> Place {
-        let runner = self.showing.runner;
-        Place { runner, inside: runner == Runner::Wgpu }
     }
 
     fn maker(&self, graphics: &Graphics, wake: Wake) -> Maker<PictureJob> {
@@ -188,6 +182,7 @@ fn middle(scene: &Scene) -> DVec3 {
 #[cfg(test)]
 pub(crate) mod tests {
     use super::*;
+    use crate::runner::Runner;
     use asm_core::{GapFilling, Method};
     use clap::Parser;
 
