@@ -10,6 +10,10 @@ struct PrtVertex {
     groups_per_row: u32, // workgroups in x
     harmonics: u32,
     blocks: u32,         // of four spectral coefficients
+    vertex_blocks: u32,  // all blocks of a vertex: those of its functions come first
+    reserved0: u32,
+    reserved1: u32,
+    reserved2: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: PrtVertex;
@@ -18,16 +22,13 @@ struct PrtVertex {
 @group(0) @binding(3) var<storage, read_write> irradiance: array<vec4<f32>>;
 
 @compute @workgroup_size(64, 1, 1)
-fn prt_vertex(
-    @builtin(global_invocation_id) id: vec3<u32>,
-    @builtin(num_workgroups) groups: vec3<u32>,
-) {
+fn prt_vertex(@builtin(global_invocation_id) id: vec3<u32>) {
     let vertex = id.y * params.groups_per_row * 64u + id.x;
     if vertex >= params.vertices {
         return;
     }
     let first = id.z * params.harmonics * params.vertices + vertex;
-    let target_block = (vertex * groups.z + id.z) * params.blocks;
+    let target_block = vertex * params.vertex_blocks + id.z * params.blocks;
     // Two blocks at a time: transfer, which is most of what is read, comes once for eight coefficients.
     for (var block = 0u; block < params.blocks; block += 2u) {
         let row = block * params.harmonics;

@@ -7,8 +7,9 @@ use spectral_core::color_checker;
 use spectral_core::illuminant::Illuminant;
 use spectral_core::patch::light_xyz;
 use spectral_prt::{
-    Albedo, BounceSettings, Exposure, IndexMap, Palette, Projection, Relighting, SceneTransfer, Shot,
-    SpectralMap, Surface, Transfer, add_bounces,
+    Albedo, Bands, BounceSettings, Exposure, GlossTransfer, IndexMap, Palette, PhongLobe, Projection,
+    Relighting, SceneTransfer, Shot, SpectralMap, Surface, Transfer, TransferSettings, add_bounces,
+    precompute,
 };
 use workspace_tests::prt_executors;
 
@@ -157,6 +158,40 @@ fn every_executor_shows_the_illuminant_on_an_open_white_ball() {
             println!("white furnace on {id}: {worst:.1e}");
             assert!(seen(&picture).count() > 150 && worst < 1e-5, "{id}: {worst}");
         }
+    }
+}
+
+/// A ball that shines in front of a wall that does not; another lobe, or another eye, is no rounding.
+#[test]
+fn every_executor_shows_lobes_alike() {
+    let (surfaces, _) = ball_and_wall();
+    let settings = TransferSettings { bands: Bands::new(9).expect("up to ten"), rays: 64 };
+    let wide = precompute(&surfaces, &settings, &mut |_| {}).expect("good settings");
+    let direct = wide.with_bands(Bands::default());
+    let lobe = |exponent| Some(PhongLobe::new(exponent).expect("a lobe"));
+    let gloss = |exponent| {
+        GlossTransfer::new(&wide, Bands::default(), &[lobe(exponent), None]).expect("enough bands")
+    };
+    let (ten, nine) = (gloss(10.0), gloss(9.99));
+    let chart = color_checker::sampled(&GRID);
+    let seen_by = camera(DVec3::new(1.0, 1.5, 4.0));
+    let (five, eight) = (basis(5), basis(8));
+    for (name, projection) in [
+        ("5 coefficients", Projection::Spectral(&five)),
+        ("8 coefficients", Projection::Spectral(&eight)),
+        ("RGB", RGB),
+    ] {
+        let mut stage = Stage::new(&surfaces, &direct, &projection, &chart[13..15]);
+        stage.settings.size = [96, 64];
+        stage.gloss = Some(&ten);
+        stage.palette = stage.palette.with_gloss(&projection, &[GRID.sample(|_| 0.3), GRID.sample(|_| 0.0)]);
+        let sky = from_direction(DVec3::new(1.0, 2.0, 1.5), &projection.light(&light(Illuminant::Fl2)));
+        let truth = on_all(name, &stage, &shot(&sky, &seen_by)).swap_remove(0).1;
+        let aside = camera(DVec3::new(1.01, 1.5, 4.0));
+        assert!(differing(&truth, &stage.picture(&shot(&sky, &aside))) > AT_EDGES, "{name}: another eye");
+        stage.gloss = Some(&nine);
+        let share = differing(&truth, &stage.picture(&shot(&sky, &seen_by)));
+        assert!(share > AT_EDGES, "{name}: an exponent of 9.99 for 10 went unnoticed, {share}");
     }
 }
 

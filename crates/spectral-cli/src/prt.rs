@@ -4,6 +4,7 @@ mod background;
 pub(crate) mod differences;
 pub(crate) mod environment;
 mod figure;
+mod gloss;
 mod panels;
 pub(crate) mod relit_view;
 mod scene;
@@ -20,11 +21,11 @@ use spectral_prt::figures::{GRID, OBSERVER};
 use crate::args::{DEFAULT_RENDER_SIZE, DeviceArgs};
 use crate::choices::Basis;
 use crate::error::CliError;
-use crate::values::{Exposure, Size};
+use crate::values::{Exposure, Gloss, Size};
 
 #[derive(Debug, Args)]
 pub(crate) struct PrtArgs {
-    /// glTF file or bundled scene: its matt objects, what is glass or metal is left out.
+    /// glTF file or bundled scene: its matt objects, and with --gloss metals; glass is left out.
     #[arg(required_unless_present = "figure", conflicts_with = "figure")]
     scene: Option<String>,
     /// A figure of the paper, as a PNG of panels: 1 is METACOW under D65, A and FL2 (left in spectra, right in RGB); 2 is the ColorChecker under
@@ -47,6 +48,10 @@ pub(crate) struct PrtArgs {
     /// Reflections between surfaces.
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=256), allow_negative_numbers = true, conflicts_with = "figure")]
     bounces: u32,
+    /// Let objects shine: a lobe about the mirrored view, over what the sky sends there, as rough as glTF materials say, or all as rough as
+    /// this, 0 to 1. Metals have nothing but the lobe, others lose to it what Fresnel reflects at normal incidence.
+    #[arg(long, value_name = "ROUGHNESS|material", num_args = 0..=1, default_missing_value = "material", allow_negative_numbers = true, conflicts_with = "figure")]
+    gloss: Option<Gloss>,
     /// Width and height of the picture, or of a panel, in pixels [default: 1280x720, panels 640x360].
     #[arg(long, value_name = "WxH", allow_hyphen_values = true)]
     size: Option<Size>,

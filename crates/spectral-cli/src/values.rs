@@ -115,6 +115,29 @@ impl FromStr for Exposure {
     }
 }
 
+/// How rough what shines is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Gloss {
+    /// As each material says.
+    Material,
+    /// All of it alike, perceptual as glTF's: 0 is a mirror, 1 the broadest lobe.
+    Roughness(f64),
+}
+
+impl FromStr for Gloss {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "material" {
+            return Ok(Self::Material);
+        }
+        match text.parse::<f64>() {
+            Ok(roughness) if (0.0..=1.0).contains(&roughness) => Ok(Self::Roughness(roughness)),
+            _ => Err("expected material or a roughness from 0 to 1, such as 0.5".into()),
+        }
+    }
+}
+
 /// A number of photons from 1 to [`MAX_PHOTONS`]; written `4000000` or `4e6`.
 ///
 /// # Errors

@@ -20,7 +20,7 @@ use crate::pond::DEFAULT_SIDE;
 use crate::pond::floors::FloorChoice;
 use crate::prt::relit_view::{COLOR_CHECKER, METACOW, RelitRequest};
 use crate::targets;
-use crate::values::{self, Exposure, Size};
+use crate::values::{self, Exposure, Gloss, Size};
 
 /// The window's program, beside this one.
 const PROGRAM: &str = "spectral-viewer";
@@ -55,6 +55,9 @@ pub struct ViewArgs {
     /// Bands of spherical harmonics of what is relit [default: 5].
     #[arg(long, value_name = "L", value_parser = clap::value_parser!(u8).range(1..=10), allow_negative_numbers = true)]
     pub(crate) bands: Option<u8>,
+    /// Let what is relit shine, as for `spectral prt`.
+    #[arg(long, value_name = "ROUGHNESS|material", num_args = 0..=1, default_missing_value = "material", allow_negative_numbers = true)]
+    pub(crate) gloss: Option<Gloss>,
     /// Number of wavelengths [default: the method's].
     #[arg(long, value_name = "N", value_parser = values::traced_wavelengths, allow_negative_numbers = true)]
     pub(crate) wavelengths: Option<usize>,
@@ -159,6 +162,7 @@ impl ViewArgs {
             basis: self.basis.unwrap_or(Basis::Optimal),
             coefficients: self.coefficients,
             bands: self.bands.map_or(Ok(Bands::default()), Bands::new).map_err(CliError::usage)?,
+            gloss: self.gloss,
         })
     }
 
@@ -212,6 +216,7 @@ impl ViewArgs {
             ("--basis", self.basis.is_some()),
             ("--coefficients", self.coefficients.is_some()),
             ("--bands", self.bands.is_some()),
+            ("--gloss", self.gloss.is_some()),
         ];
         given.into_iter().find(|(_, given)| *given).map(|(option, _)| option)
     }

@@ -112,6 +112,32 @@ pub enum PrtError {
         /// Numbers there should be.
         expected: usize,
     },
+    /// A lobe that is none.
+    #[error("a lobe of exponent {got}; 0 to {max} are possible")]
+    Exponent {
+        /// The exponent asked for.
+        got: f64,
+        /// The most.
+        max: f64,
+    },
+    /// Too few bands of transfer for a lobe.
+    #[error("a lobe under {bands} bands of light needs transfer of {needed} bands, this has {got}")]
+    GlossBands {
+        /// Bands of light.
+        bands: usize,
+        /// Bands of the transfer.
+        got: usize,
+        /// As many as there must be.
+        needed: usize,
+    },
+    /// Lobes are not given for each surface.
+    #[error("{got} lobes for {surfaces} surfaces; there is one for each, or none for what does not shine")]
+    Lobes {
+        /// Entries there are.
+        got: usize,
+        /// Surfaces there are.
+        surfaces: usize,
+    },
     /// The cache cannot be read or written.
     #[error("the cache {}: {error}", path.display())]
     Cache {

@@ -14,7 +14,8 @@
 //!
 //! A [`SpectralSky`] is such light at every wavelength, from spectra, a [`Panorama`] or a [`SpectralPanorama`]; a [`Sky`] is the same in
 //! the coefficients of a basis, and shows surfaces by their transfer.
-//! Light that surfaces throw on each other has their colours: [`add_bounces`] makes the transfer spectral, as far as it is.
+//! Light that surfaces throw on each other has their colours: [`add_bounces`] makes the transfer spectral, as far as it is. Surfaces that
+//! shine have a lobe about the mirrored view: [`GlossTransfer`].
 //!
 //! [`Relighting`] makes a plan of it that every executor runs: see [`passes`].
 //!
@@ -23,11 +24,12 @@
 mod bands;
 mod bounces;
 pub mod cache;
-
 pub mod cosine_lobe;
+mod cosine_power;
 mod equirectangular;
 mod error;
 pub mod figures;
+mod gloss;
 mod hemisphere;
 pub mod metamer;
 mod occlusion;
@@ -48,6 +50,7 @@ mod upsampled;
 pub use bands::{Bands, BandsError};
 pub use bounces::{BounceSettings, SpectralTransfer, add_bounces};
 pub use error::{PrtError, SurfaceError};
+pub use gloss::{GlossTransfer, PhongLobe};
 pub use panorama::{Panorama, PanoramaError};
 pub use passes::PASSES;
 #[cfg(feature = "spirv")]

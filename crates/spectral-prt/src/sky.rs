@@ -2,11 +2,13 @@
 
 use std::f64::consts::PI;
 
+use glam::DVec3;
 use spectral_core::basis::SpectralBasis;
 
 use crate::bands::Bands;
 use crate::bounces::SpectralTransfer;
 use crate::equirectangular;
+use crate::gloss::GlossTransfer;
 use crate::panorama::Panorama;
 use crate::sh::ShRotation;
 use crate::transfer::Transfer;
@@ -104,6 +106,24 @@ impl Sky {
             })
         };
         transfer.surface(surface).chunks_exact(n * albedo.len()).map(vertex).collect()
+    }
+
+    /// XYZ that the lobe of a vertex adds, `mirrored` being the mirrored direction of the view and `albedo` the coefficients of what
+    /// the lobe reflects.
+    ///
+    /// # Panics
+    /// As [`GlossTransfer::toward`], or if the gloss has another number of bands.
+    pub fn gloss_xyz(
+        &self,
+        gloss: &GlossTransfer,
+        (surface, vertex): (usize, usize),
+        mirrored: DVec3,
+        albedo: &[[f64; 3]],
+    ) -> [f64; 3] {
+        assert_eq!(gloss.bands(), self.bands, "gloss of another number of bands");
+        let toward = gloss.toward(surface, vertex, mirrored);
+        let sum = |light: &Vec<f64>| toward.iter().zip(light).map(|(t, l)| t * l).sum();
+        SpectralBasis::xyz(albedo, &self.light.iter().map(sum).collect::<Vec<f64>>())
     }
 
     /// E_j = sum_k T_k L_jk.

@@ -3,6 +3,7 @@
 use frame_plan::layout;
 use frame_plan::reflect::{check_layout, check_pass};
 use spectral_prt::PASSES;
+use spectral_prt::passes::prt_gloss::{PRT_GLOSS, PrtGloss, PrtGlossPoint};
 use spectral_prt::passes::prt_light::{PRT_LIGHT, PrtLight};
 use spectral_prt::passes::prt_shade::PRT_SHADE;
 use spectral_prt::passes::prt_shade_maps::PRT_SHADE_MAPS;
@@ -20,8 +21,18 @@ fn every_pass_matches_its_wgsl() {
 fn every_struct_has_the_layout_of_its_wgsl() {
     let light = layout!(PrtLight as "PrtLight" { bands, blocks, reserved0, reserved1 });
     check_layout(&PRT_LIGHT, &light).unwrap();
-    let vertex = layout!(PrtVertex as "PrtVertex" { vertices, groups_per_row, harmonics, blocks });
+    let vertex = layout!(PrtVertex as "PrtVertex" {
+        vertices, groups_per_row, harmonics, blocks, vertex_blocks, reserved0, reserved1, reserved2,
+    });
     check_layout(&PRT_VERTEX, &vertex).unwrap();
+    for layout in [
+        layout!(PrtGloss as "PrtGloss" {
+            vertices, groups_per_row, rows, camera_view, bands, blocks, vertex_blocks, reserved,
+        }),
+        layout!(PrtGlossPoint as "PrtGlossPoint" { position, row, normal, lobe }),
+    ] {
+        check_layout(&PRT_GLOSS, &layout).unwrap();
+    }
     for pass in [&PRT_SHADE, &PRT_SHADE_MAPS] {
         for layout in [
             layout!(PrtPicture as "PrtPicture" {

@@ -159,6 +159,7 @@ impl Subject {
         let scene = RelitScene {
             surfaces: &self.surfaces,
             transfer: SceneTransfer::Direct(&self.transfer),
+            gloss: None,
             palette: &palette,
             index_maps: std::slice::from_ref(&chart),
             spectral_maps: &spectral_maps,

@@ -4,15 +4,18 @@ use spectral_core::basis::{BasisError, SpectralBasis};
 use spectral_core::color_checker;
 use spectral_core::illuminant::Illuminant;
 use spectral_prt::figures::{self, Figure, GRID, power, sky_shape};
-use spectral_prt::{Bands, SpectralSky, Transfer};
+use spectral_prt::{
+    Bands, GlossTransfer, Palette, Projection, RelitScene, SceneTransfer, SpectralSky, Transfer,
+};
 
 use super::environment::Environment;
-use super::scene::matt;
-use super::stage::transfer;
+use super::gloss::{Shine, transfers};
+use super::scene::painted;
 use super::trained;
 use crate::choices::Basis;
 use crate::error::CliError;
 use crate::scene_argument;
+use crate::values::Gloss;
 
 /// What a window relights. Everything that is the same in all frames, and how it begins.
 pub struct RelitView {
@@ -21,7 +24,9 @@ pub struct RelitView {
     /// The surfaces and who looks at them.
     pub figure: Figure,
     /// Their transfer.
-    pub transfer: Transfer,
+    transfer: Transfer,
+    /// What shines of them.
+    shine: Option<(Shine, GlossTransfer)>,
     /// The sky that it begins under.
     pub environment: Environment,
     /// Whose light that is; none for a file's own.
@@ -42,6 +47,7 @@ pub struct RelitRequest {
     pub(crate) basis: Basis,
     pub(crate) coefficients: Option<u32>,
     pub(crate) bands: Bands,
+    pub(crate) gloss: Option<Gloss>,
 }
 
 /// The paper's figures by their names in the window.
@@ -61,27 +67,46 @@ impl RelitRequest {
             Ok(lamp) => (from_one_side(bands, lamp), Some(lamp)),
             Err(_) => (Environment::open(environment, bands)?, None),
         };
-        let figure = match scene {
-            METACOW => figures::metacow().map_err(CliError::failed)?.0,
-            COLOR_CHECKER => figures::painted_knot(),
+        let (figure, mut shine) = match scene {
+            METACOW | COLOR_CHECKER if self.gloss.is_some() => {
+                return Err(CliError::usage(format!("--gloss is for scenes, {scene} is matt")));
+            }
+            METACOW => (figures::metacow().map_err(CliError::failed)?.0, None),
+            COLOR_CHECKER => (figures::painted_knot(), None),
             _ => {
                 let opened = scene_argument::open(scene)?;
-                matt(&opened.scene, scene, &mut Vec::new())?
+                painted(&opened.scene, scene, self.gloss, &mut Vec::new())?
             }
         };
         let mut reflectances = color_checker::sampled(&GRID);
         reflectances.extend(figure.reflectances.iter().cloned());
+        reflectances.extend(shine.iter().flat_map(|shine| shine.reflectances().iter().cloned()));
         let training = [reflectances, environment.training()];
         let coefficients = self.coefficients.unwrap_or(if scene == METACOW { 8 } else { 5 }) as usize;
         trained(basis, coefficients, &training[0], &training[1])
             .map_err(|error| CliError::usage(format!("--coefficients {coefficients}: {error}")))?;
-        let transfer = transfer(&figure.surfaces, bands, figure.rays)?;
-        let name = scene.into();
-        Ok(RelitView { name, figure, transfer, environment, lamp, basis, coefficients, training })
+        let (transfer, gloss) = transfers(&figure, shine.as_mut(), bands, &mut Vec::new())?;
+        let (name, shine) = (scene.into(), shine.zip(gloss));
+        Ok(RelitView { name, figure, transfer, shine, environment, lamp, basis, coefficients, training })
     }
 }
 
 impl RelitView {
+    /// Its paints, and lobes, in these coefficients.
+    pub fn palette(&self, projection: &Projection<'_>) -> Palette {
+        let palette = Palette::new(projection, &self.figure.reflectances);
+        match &self.shine {
+            Some((shine, _)) => shine.on(palette, projection),
+            None => palette,
+        }
+    }
+
+    /// As a plan wants it; the palette is [`RelitView::palette`].
+    pub fn scene<'a>(&'a self, palette: &'a Palette) -> RelitScene<'a> {
+        let gloss = self.shine.as_ref().map(|(_, gloss)| gloss);
+        RelitScene { gloss, ..self.figure.scene(SceneTransfer::Direct(&self.transfer), palette) }
+    }
+
     /// A basis for the surfaces and lights here.
     ///
     /// # Errors

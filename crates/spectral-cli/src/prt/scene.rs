@@ -2,15 +2,16 @@
 
 use serde::Serialize;
 use spectral_core::color_checker;
-use spectral_core::upsample::SmoothSpectrum;
 use spectral_prt::figures::{Figure, GRID};
 use spectral_prt::{
-    Albedo, BounceSettings, Palette, Projection, SceneTransfer, Surface, TransferSettings, add_bounces,
+    Albedo, BounceSettings, Palette, Projection, RelitScene, SceneTransfer, Surface, TransferSettings,
+    add_bounces,
 };
 use spectral_scene::{Camera, Scene};
 
 use super::environment::Environment;
-use super::stage::{Lit, Taken, pictures, transfer};
+use super::gloss::{self, Shine, base_color};
+use super::stage::{Lit, Taken, pictures};
 use super::{PrtArgs, background};
 use crate::backend::{self, RELIT};
 use crate::choices::Basis;
@@ -20,6 +21,7 @@ use crate::output::png;
 use crate::progress::Progress;
 use crate::stats::{Stopwatch, json};
 use crate::targets::{self, ImageFormat};
+use crate::values::Gloss;
 use crate::{messages, scene_argument};
 
 #[derive(Serialize)]
@@ -33,6 +35,8 @@ struct SceneStats<'a> {
     bounces: u32,
     /// Functions of the wavelength that its transfer has.
     functions: usize,
+    /// Objects with a lobe.
+    glossy_objects: usize,
     vertices: usize,
     output: String,
     warnings: &'a [String],
@@ -54,10 +58,10 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     let mut times = Stopwatch::start();
     let opened = scene_argument::open(name)?;
     let mut warnings = opened.warnings;
-    let matt = matt(&opened.scene, name, &mut warnings)?;
+    let (matt, mut shine) = painted(&opened.scene, name, args.gloss, &mut warnings)?;
     times.did("open_scene");
 
-    let direct = transfer(&matt.surfaces, bands, matt.rays)?;
+    let (direct, gloss) = gloss::transfers(&matt, shine.as_mut(), bands, &mut warnings)?;
     let bounced = match args.bounces {
         0 => None,
         bounces => {
@@ -84,13 +88,17 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     if bounced.is_some() {
         training.extend(matt.reflectances.iter().flat_map(products));
     }
+    training.extend(shine.iter().flat_map(|shine| shine.reflectances().iter().cloned()));
     let basis = args.basis(&training, &environment.training())?;
     let (projection, transfer) = match &bounced {
         None => (Projection::Spectral(&basis), SceneTransfer::Direct(&direct)),
         Some(bounced) => (Projection::Bounced(&basis, bounced), SceneTransfer::Bounced(bounced)),
     };
-    let palette = Palette::new(&projection, &matt.reflectances);
-    let relit = matt.scene(transfer, &palette);
+    let mut palette = Palette::new(&projection, &matt.reflectances);
+    if let Some(shine) = &shine {
+        palette = shine.on(palette, &projection);
+    }
+    let relit = RelitScene { gloss: gloss.as_ref(), ..matt.scene(transfer, &palette) };
     let (sky, balance) = (environment.sky.projected(&projection), environment.balance());
     let backend::Chosen { mut executor, reason } = backend::choose(&args.device, &RELIT)?;
     let lit = [Lit { sky: &sky, balance }];
@@ -131,6 +139,7 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
         bands: args.bands,
         bounces: args.bounces,
         functions: projection.functions(),
+        glossy_objects: shine.as_ref().map_or(0, Shine::count),
         vertices: matt.surfaces.iter().map(|s| s.positions().len()).sum(),
         output: args.output.display().to_string(),
         warnings: &warnings,
@@ -145,23 +154,33 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     targets::write_json(&stats_file, &json(&stats)?)
 }
 
-/// What transfer can light of a scene, with the smooth spectra of its colours; what is left out is warned about.
+/// What transfer can light of a scene, with the smooth spectra of its colours, and what of it shines, if that is asked for. What is left out
+/// is warned about.
 ///
 /// # Errors
-/// A scene without matt objects, without anything to look from, or with a mesh that cannot be lit.
-pub(super) fn matt(scene: &Scene, name: &str, warnings: &mut Vec<String>) -> Result<Figure, CliError> {
-    let (mut surfaces, mut reflectances) = (Vec::new(), Vec::new());
+/// A scene without such objects, without anything to look from, or with a mesh that cannot be lit.
+pub(super) fn painted(
+    scene: &Scene,
+    name: &str,
+    gloss: Option<Gloss>,
+    warnings: &mut Vec<String>,
+) -> Result<(Figure, Option<Shine>), CliError> {
+    let (mut surfaces, mut reflectances, mut shine) = (Vec::new(), Vec::new(), Shine::default());
     for (i, object) in scene.objects.iter().enumerate() {
         let material = &scene.materials[object.material];
-        if material.is_refractor() || material.is_metal() {
-            let problem = format!("`{}` is left out: transfer knows matt surfaces only", object.name);
+        if material.is_refractor() || (material.is_metal() && gloss.is_none()) {
+            let way_out = if material.is_metal() { ", metals shine with --gloss" } else { "" };
+            let problem =
+                format!("`{}` is left out: transfer knows matt surfaces only{way_out}", object.name);
             messages::warn(&problem);
             warnings.push(problem);
             continue;
         }
         surfaces.push(Surface::of_object(scene, i).map_err(CliError::failed)?);
-        let spectrum = SmoothSpectrum::reflectance(material.base_color);
-        reflectances.push(GRID.sample(|lambda_nm| spectrum.at(lambda_nm)));
+        reflectances.push(match gloss {
+            None => base_color(material),
+            Some(gloss) => shine.add(&object.name, material, gloss),
+        });
     }
     if surfaces.is_empty() {
         return Err(CliError::Failed(format!(
@@ -171,7 +190,13 @@ pub(super) fn matt(scene: &Scene, name: &str, warnings: &mut Vec<String>) -> Res
     let Some(camera) = scene.cameras.first().cloned().or_else(|| Camera::framing(scene)) else {
         return Err(CliError::Failed(format!("{name}: the scene has nothing to look at")));
     };
+    if gloss.is_some() && shine.count() == 0 {
+        return Err(CliError::usage(format!(
+            "--gloss: nothing in {name} shines, all materials have roughness 1; --gloss 0.5 makes all of them shine"
+        )));
+    }
     let albedos = (0..surfaces.len() as u32).map(Albedo::Entry).collect();
     let rays = TransferSettings::default().rays;
-    Ok(Figure { surfaces, reflectances, index_maps: Vec::new(), albedos, camera, rays })
+    let figure = Figure { surfaces, reflectances, index_maps: Vec::new(), albedos, camera, rays };
+    Ok((figure, gloss.map(|_| shine)))
 }

@@ -63,6 +63,33 @@ fn a_scene_is_lit_by_its_sky_and_what_is_not_matt_is_left_out() {
     assert!(folder.path().join("p.exr").exists());
 }
 
+/// Metal is there with a lobe alone, and what shines looks as rough as bands can tell.
+#[test]
+fn metal_shines_where_it_is_asked_to() {
+    let folder = tempfile::tempdir().expect("folder");
+    let side = r#"{"lights": [{"spectrum": {"illuminant": "D65"}, "bands": [[1.0], [0.5, 0.0, 0.5]]}]}"#;
+    fs::write(folder.path().join("side.json"), side).expect("written");
+    let run = |options: &str| {
+        let command = format!(
+            "prt metal-ring --environment side.json --size 48x36 --backend cpu {options} -o p.exr --stats s.json"
+        );
+        spectral_in(folder.path(), &command).done();
+        (pixels(&folder.path().join("p.exr")), stats(folder.path()))
+    };
+    let said = |stats: &serde_json::Value, what: &str| {
+        let warnings = stats["warnings"].as_array().expect("a list");
+        warnings.iter().filter_map(|w| w.as_str()).any(|w| w.contains("`ring`") && w.contains(what))
+    };
+    let (matt, without) = run("");
+    assert!(said(&without, "--gloss") && without["glossy_objects"] == 0, "{without}");
+    let (metal, with) = run("--gloss");
+    assert!(said(&with, "less sharp") && !said(&with, "left out") && with["glossy_objects"] == 1, "{with}");
+    assert_ne!(matt, metal);
+    let (rougher, broad) = run("--gloss 0.8");
+    assert!(!said(&broad, "less sharp") && broad["glossy_objects"] == 2, "{broad}");
+    assert_ne!(metal, rougher);
+}
+
 /// An equirectangular picture in the JCGT's spectral layout: the same everywhere, every 5 nm.
 fn write_even_sky(path: &Path, channel: &str, radiance: impl Fn(f64) -> f64) {
     let size = (6, 3);
@@ -150,6 +177,10 @@ fn what_makes_no_sense_is_refused_before_any_work() {
     refused("prt --figure 1 --environment A -o p.png", &["--environment"]);
     refused("prt -o p.png", &["SCENE"]);
     refused("prt prism --bands 11 -o p.png", &["--bands", "1..=10"]);
+    refused("prt prism --gloss 1.5 -o p.png", &["--gloss", "0 to 1"]);
+    refused("prt metal-ring --gloss --bands 6 -o p.png", &["--bands 6", "1 to 5"]);
+    refused("prt glass --gloss -o p.png", &["--gloss", "roughness 1"]);
+    refused("prt --figure 1 --gloss -o p.png", &["--gloss"]);
     refused("prt nothing-like-it -o p.png", &["nothing-like-it"]);
     spectral("prt prism --backend cpu --adapter x -o p.png").bad_usage(&["--adapter \"x\" names a GPU"]);
 }

@@ -67,6 +67,7 @@ impl Figure {
         RelitScene {
             surfaces: &self.surfaces,
             transfer,
+            gloss: None,
             palette,
             index_maps: &self.index_maps,
             spectral_maps: &[],

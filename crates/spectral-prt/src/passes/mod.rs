@@ -4,6 +4,7 @@
 use asm_core::passes::visibility::VISIBILITY;
 use frame_plan::{Binding, BindingKind, PassSet};
 
+pub mod prt_gloss;
 pub mod prt_light;
 pub mod prt_shade;
 pub mod prt_shade_maps;
@@ -14,6 +15,7 @@ mod wgsl;
 pub const PASSES: PassSet = PassSet(&[
     &prt_light::PRT_LIGHT,
     &prt_vertex::PRT_VERTEX,
+    &prt_gloss::PRT_GLOSS,
     &VISIBILITY,
     &prt_shade::PRT_SHADE,
     &prt_shade_maps::PRT_SHADE_MAPS,

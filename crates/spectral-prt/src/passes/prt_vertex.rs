@@ -20,6 +20,14 @@ pub struct PrtVertex {
     pub harmonics: u32,
     /// Blocks of four spectral coefficients.
     pub blocks: u32,
+    /// All blocks of a vertex: those of its functions come first.
+    pub vertex_blocks: u32,
+    /// Padding.
+    pub reserved0: u32,
+    /// Padding.
+    pub reserved1: u32,
+    /// Padding.
+    pub reserved2: u32,
 }
 
 /// Vertices of a workgroup.
@@ -59,7 +67,7 @@ pub fn prt_vertex(
 ) {
     let (vertices, harmonics) = (params.vertices as usize, params.harmonics as usize);
     let (functions, blocks) = (functions as usize, params.blocks as usize);
-    let of_vertex = functions * blocks;
+    let of_vertex = params.vertex_blocks as usize;
     irradiance[..vertices * of_vertex].par_chunks_mut(CHUNK * of_vertex).enumerate().for_each(
         |(chunk, irradiance)| {
             irradiance.fill(Vec4::ZERO);

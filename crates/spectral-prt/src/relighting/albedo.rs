@@ -78,10 +78,8 @@ impl Projection<'_> {
     /// If `reflectance` has not one value per wavelength of the grid, or basis and transfer are on two grids.
     pub fn albedo(&self, reflectance: &[f64]) -> AlbedoTerms {
         match self {
-            Self::Spectral(basis) => vec![basis.albedo_coefficients(reflectance)],
             Self::Bounced(basis, transfer) => transfer.albedo_coefficients(basis, reflectance),
-            Self::Rgb(grid, observer) => vec![rgb_albedo(grid, *observer, reflectance)],
-            Self::Sampled(grid, observer) => vec![sampled_albedo(grid, *observer, reflectance)],
+            _ => vec![self.plain_albedo(reflectance)],
         }
     }
 
@@ -91,12 +89,16 @@ impl Projection<'_> {
     /// # Panics
     /// If a spectrum has not one value per wavelength of the grid.
     pub fn seen(&self, reflectance: &[f64], light: &[f64]) -> [f64; 3] {
-        let albedo = match self {
+        SpectralBasis::xyz(&self.plain_albedo(reflectance), &self.light(light))
+    }
+
+    /// An albedo's coefficients for light straight from the sky.
+    fn plain_albedo(&self, reflectance: &[f64]) -> Vec<[f64; 3]> {
+        match self {
             Self::Spectral(basis) | Self::Bounced(basis, _) => basis.albedo_coefficients(reflectance),
             Self::Rgb(grid, observer) => rgb_albedo(grid, *observer, reflectance),
             Self::Sampled(grid, observer) => sampled_albedo(grid, *observer, reflectance),
-        };
-        SpectralBasis::xyz(&albedo, &self.light(light))
+        }
     }
 }
 
@@ -141,6 +143,20 @@ impl Palette {
     ) -> Self {
         let entry = |r: &Vec<f64>| vec![vec![sampled_xyz(grid, observer, r, light)]];
         Self { functions: 1, coefficients: 1, entries: reflectances.iter().map(entry).collect() }
+    }
+
+    /// And what the lobe of each entry reflects, 0 to 1; 0 at all wavelengths where it has none.
+    ///
+    /// # Panics
+    /// If there is not one for each entry; as [`Projection::seen`].
+    #[must_use]
+    pub fn with_gloss(mut self, projection: &Projection<'_>, reflectances: &[Vec<f64>]) -> Self {
+        assert_eq!(reflectances.len(), self.len(), "reflectances of lobes for other entries");
+        for (entry, reflectance) in self.entries.iter_mut().zip(reflectances) {
+            entry.push(projection.plain_albedo(reflectance));
+        }
+        self.functions += 1;
+        self
     }
 
     /// How many albedos there are.
@@ -213,6 +229,19 @@ impl SpectralMap {
         check_entries("a texel", &texels, "reflectance", reflectances.len())?;
         let Palette { functions, coefficients, entries } = Palette::new(projection, reflectances);
         Ok(Self { size, functions, coefficients, albedos: entries, texels })
+    }
+
+    /// And what the lobe reflects, 0 to 1, everywhere the same.
+    ///
+    /// # Panics
+    /// As [`Projection::seen`].
+    #[must_use]
+    pub fn with_gloss(mut self, projection: &Projection<'_>, reflectance: &[f64]) -> Self {
+        for albedo in &mut self.albedos {
+            albedo.push(projection.plain_albedo(reflectance));
+        }
+        self.functions += 1;
+        self
     }
 }
 

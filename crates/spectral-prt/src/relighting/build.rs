@@ -12,6 +12,7 @@ use super::error::RelightingError;
 use super::frame::Shot;
 use super::scene::RelitScene;
 use super::{Shape, pack};
+use crate::passes::prt_gloss::{self, PrtGloss};
 use crate::passes::prt_light::{self, PrtLight};
 use crate::passes::prt_vertex::{self, PrtVertex};
 
@@ -30,6 +31,7 @@ pub(super) struct Builder {
 pub(super) struct Lit {
     pub(super) sky: ResourceId,
     pub(super) rotation: ResourceId,
+    light: ResourceId,
     pub(super) irradiance: ResourceId,
 }
 
@@ -90,14 +92,19 @@ impl Builder {
         let transfer = self.filled("transfer", &pack::transfer(&scene.transfer));
         let irradiance_bytes = 16 * vertices as u64 * u64::from(self.shape.blocks());
         let irradiance = self.plan.add_resource(Resource::buffer("irradiance", irradiance_bytes));
-        let groups = (vertices as u64).div_ceil(prt_vertex::PER_GROUP.into());
-        // Rows of at most as many as every device takes.
-        let groups_per_row = groups.min(Limits::default().max_groups_per_dimension.into());
-        let rows = groups.div_ceil(groups_per_row);
-        let params =
-            PrtVertex { vertices: vertices as u32, groups_per_row: groups_per_row as u32, harmonics, blocks };
+        let [groups_per_row, rows] = rows_of_groups(vertices, prt_vertex::PER_GROUP);
+        let params = PrtVertex {
+            vertices: vertices as u32,
+            groups_per_row,
+            harmonics,
+            blocks,
+            vertex_blocks: self.shape.blocks(),
+            reserved0: 0,
+            reserved1: 0,
+            reserved2: 0,
+        };
         let params = self.plan.add_params("prt_vertex", &params);
-        let groups = [groups_per_row as u32, rows as u32, functions as u32];
+        let groups = [groups_per_row, rows, functions as u32];
         self.dispatch("prt_vertex", params, &[transfer, light, irradiance], groups);
         let reason = match functions {
             1 => format!("{vertices} vertices, achromatic transfer"),
@@ -106,7 +113,7 @@ impl Builder {
             ),
         };
         self.decide("prt_vertex", true, reason);
-        Ok(Lit { sky, rotation, irradiance })
+        Ok(Lit { sky, rotation, light, irradiance })
     }
 
     /// Triangles, and which of them the camera sees.
@@ -134,6 +141,35 @@ impl Builder {
         });
         self.decide("visibility", true, format!("{count} triangles"));
         Ok(Seen { views, triangles, corners, visibility })
+    }
+
+    /// What vertices that shine send to the camera, if there are any.
+    pub(super) fn shine(&mut self, scene: &RelitScene<'_>, lit: &Lit, seen: &Seen) {
+        let Some(gloss) = scene.gloss else {
+            self.decide("prt_gloss", false, "nothing shines");
+            return;
+        };
+        let (points, lobes) = pack::gloss_points(scene.surfaces, gloss, &self.shape.space);
+        let rows = pack::gloss_rows(gloss);
+        let matrices = pack::gloss_matrices(gloss, rows);
+        let [groups_per_row, group_rows] = rows_of_groups(points.len(), prt_gloss::PER_GROUP);
+        let params = PrtGloss {
+            vertices: points.len() as u32,
+            groups_per_row,
+            rows: rows as u32,
+            camera_view: 0,
+            bands: gloss.bands().count() as u32,
+            blocks: self.shape.light_blocks(),
+            vertex_blocks: self.shape.blocks(),
+            reserved: 0,
+        };
+        let params = self.plan.add_params("prt_gloss", &params);
+        let points = self.filled("gloss_points", &points);
+        let matrices = self.filled("gloss_matrices", &matrices);
+        let lobes = self.filled("gloss_lobes", &lobes);
+        let bindings = [points, seen.views, matrices, lobes, lit.light, lit.irradiance];
+        self.dispatch("prt_gloss", params, &bindings, [groups_per_row, group_rows, 1]);
+        self.decide("prt_gloss", true, format!("{rows} vertices shine"));
     }
 
     /// The picture, and what its exposure is written to.
@@ -216,6 +252,13 @@ impl Builder {
         }
         fits("the plan".into(), total, "bytes", limits.max_total_bytes, "the picture's and the maps' sizes")
     }
+}
+
+/// Groups in x and y, rows of at most as many as every device takes.
+fn rows_of_groups(threads: usize, per_group: u32) -> [u32; 2] {
+    let groups = (threads as u64).div_ceil(per_group.into());
+    let per_row = groups.min(Limits::default().max_groups_per_dimension.into());
+    [per_row as u32, groups.div_ceil(per_row) as u32]
 }
 
 /// A pass with its resources.

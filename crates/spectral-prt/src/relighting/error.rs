@@ -47,6 +47,9 @@ pub enum RelightingError {
         /// How many that has.
         expected: usize,
     },
+    /// Gloss of other surfaces.
+    #[error("gloss and transfer are of different surfaces: make gloss of this transfer, with more bands")]
+    OtherGloss,
     /// An albedo that names what there is not.
     #[error("{by} names {what} {index}, there are {count}")]
     NoSuch {

@@ -1,8 +1,8 @@
 //! Relighting as a plan: what [`crate::Sky`] shows in f64, as passes for every executor, in f32.
 //!
 //! ```text
-//! sky, rotation --prt_light--> light --prt_vertex--> irradiance of vertices --+
-//! triangles, camera --visibility--> what is seen -----------------------------+--prt_shade or prt_shade_maps--> picture
+//! sky, rotation --prt_light--> light --prt_vertex, prt_gloss--> irradiance of vertices --+
+//! triangles, camera --visibility--> what is seen ----------------------------------------+--prt_shade or prt_shade_maps--> picture
 //! ```
 //!
 //! A plan is made once, for surfaces, their transfer and their albedos. A frame replaces a few hundred numbers: the sky,
@@ -57,6 +57,8 @@ struct Shape {
     coefficients: usize,
     /// Of transfer.
     functions: usize,
+    /// Whether something shines: one more function of the albedos.
+    gloss: bool,
     space: WorkingSpace,
 }
 
@@ -97,11 +99,13 @@ impl Relighting {
             bands: scene.transfer.bands(),
             coefficients: scene.coefficients(),
             functions: scene.transfer.functions(),
+            gloss: scene.gloss.is_some(),
             space: pack::space(scene.surfaces),
         };
         let mut builder = Builder { plan: Plan { name: "relighting".into(), ..Plan::default() }, shape };
         let lit = builder.light_vertices(scene, shot)?;
         let seen = builder.look(scene, shot)?;
+        builder.shine(scene, &lit, &seen);
         let (picture, shade) = builder.shade(scene, shot, &seen, lit.irradiance)?;
         builder.check_limits(limits)?;
         let ids = Ids { sky: lit.sky, rotation: lit.rotation, views: seen.views, picture, shade };
@@ -115,8 +119,8 @@ impl Shape {
         pack::blocks(self.coefficients) as u32
     }
 
-    /// Blocks of all functions of transfer.
+    /// Blocks of all functions of transfer, and of gloss.
     fn blocks(&self) -> u32 {
-        self.functions as u32 * self.light_blocks()
+        (self.functions as u32 + u32::from(self.gloss)) * self.light_blocks()
     }
 }

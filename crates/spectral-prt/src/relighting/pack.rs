@@ -1,5 +1,7 @@
 //! Numbers as passes read them: in f32, four terms to a block.
 
+use std::f64::consts::PI;
+
 use asm_core::WorkingSpace;
 use asm_core::shared::triangle::Triangle;
 use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
@@ -7,7 +9,9 @@ use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use super::albedo::{Albedo, AlbedoTerms, SpectralMap};
 use super::scene::{RelitScene, SceneTransfer};
 use crate::bands::Bands;
+use crate::gloss::{GlossTransfer, lower_triangle};
 use crate::passes::BLOCK;
+use crate::passes::prt_gloss::{MATT, PrtGlossPoint};
 use crate::sh::ShRotation;
 use crate::shared::prt_picture::{PrtAlbedo, PrtCorners};
 use crate::surface::Surface;
@@ -103,6 +107,39 @@ pub(super) fn triangles(scene: &RelitScene<'_>, space: &WorkingSpace) -> (Vec<Tr
     (triangles, corners)
 }
 
+/// Every vertex as gloss wants it, and the factors of all lobes: bands after bands, times pi.
+pub(super) fn gloss_points(
+    surfaces: &[Surface],
+    gloss: &GlossTransfer,
+    space: &WorkingSpace,
+) -> (Vec<PrtGlossPoint>, Vec<f32>) {
+    let (mut points, mut lobes, mut shining) = (Vec::new(), Vec::new(), 0);
+    for (surface, lobe) in surfaces.iter().zip(gloss.lobes()) {
+        let first = lobes.len() as u32;
+        if let Some(lobe) = lobe {
+            lobes.extend(lobe.degree_factors(gloss.bands()).iter().map(|factor| (PI * factor) as f32));
+        }
+        for (position, normal) in surface.positions().iter().zip(surface.normals()) {
+            let position = space.working_from_world(*position).as_vec3();
+            let row = if lobe.is_some() { shining } else { MATT };
+            shining += u32::from(lobe.is_some());
+            points.push(PrtGlossPoint { position, row, normal: normal.as_vec3(), lobe: first });
+        }
+    }
+    (points, lobes)
+}
+
+/// How many vertices shine.
+pub(super) fn gloss_rows(gloss: &GlossTransfer) -> usize {
+    gloss.lobes().iter().zip(gloss.vertices()).filter_map(|(lobe, vertices)| lobe.map(|_| vertices)).sum()
+}
+
+/// Matrices entry after entry, vertex after vertex.
+pub(super) fn gloss_matrices(gloss: &GlossTransfer, rows: usize) -> Vec<f32> {
+    let entries = lower_triangle(gloss.bands().coefficients());
+    (0..entries).flat_map(|e| (0..rows).map(move |row| gloss.matrices[row * entries + e])).collect()
+}
+
 /// Albedos of all surfaces, and all index maps, one after the other. An entry of the palette is a map of one texel.
 pub(super) fn albedos(scene: &RelitScene<'_>) -> (Vec<PrtAlbedo>, Vec<u32>) {
     let mut index_maps: Vec<u32> = Vec::new();
@@ -111,7 +148,7 @@ pub(super) fn albedos(scene: &RelitScene<'_>) -> (Vec<PrtAlbedo>, Vec<u32>) {
         first_texels.push(index_maps.len() as u32);
         index_maps.extend(&map.entries);
     }
-    let layers = 3 * scene.transfer.functions() * blocks(scene.coefficients());
+    let layers = 3 * scene.functions() * blocks(scene.coefficients());
     let mut albedo = |albedo: &Albedo| match albedo {
         Albedo::Entry(entry) => {
             index_maps.push(*entry);

@@ -4,6 +4,7 @@ use super::albedo::{Albedo, IndexMap, Palette, SpectralMap, check_entries};
 use super::error::RelightingError;
 use crate::bands::Bands;
 use crate::bounces::SpectralTransfer;
+use crate::gloss::GlossTransfer;
 use crate::surface::Surface;
 use crate::transfer::Transfer;
 
@@ -57,6 +58,9 @@ pub struct RelitScene<'a> {
     pub surfaces: &'a [Surface],
     /// Their transfer.
     pub transfer: SceneTransfer<'a>,
+    /// What shines, under as many bands of light as there are in the transfer; albedos then have one more function, see
+    /// [`Palette::with_gloss`]. It mirrors the sky where nothing is in the way, and nothing else.
+    pub gloss: Option<&'a GlossTransfer>,
     /// Albedos that surfaces and index maps name.
     pub palette: &'a Palette,
     /// Maps into the palette.
@@ -71,6 +75,11 @@ impl RelitScene<'_> {
     /// Coefficients of lights.
     pub(super) fn coefficients(&self) -> usize {
         self.palette.coefficients
+    }
+
+    /// Functions of albedos: those of transfer, and that of gloss.
+    pub(super) fn functions(&self) -> usize {
+        self.transfer.functions() + usize::from(self.gloss.is_some())
     }
 
     /// Whether everything fits together.
@@ -88,6 +97,16 @@ impl RelitScene<'_> {
             let vertices = of.positions().len();
             if got != vertices {
                 return Err(RelightingError::VertexCount { surface, what: "transfers", got, vertices });
+            }
+        }
+        if let Some(gloss) = self.gloss {
+            if gloss.vertices() != self.transfer.vertices() {
+                return Err(RelightingError::OtherGloss);
+            }
+            let (got, expected) = (gloss.bands().count(), self.transfer.bands().count());
+            if got != expected {
+                let (what, unit, with) = ("gloss", "bands of harmonics", "the transfer");
+                return Err(RelightingError::Mismatch { what, got, unit, with, expected });
             }
         }
         self.check_terms("the palette", self.palette.functions, self.palette.coefficients)?;
@@ -112,7 +131,7 @@ impl RelitScene<'_> {
         coefficients: usize,
     ) -> Result<(), RelightingError> {
         for (got, unit, with, expected) in [
-            (functions, "functions of the wavelength", "the transfer", self.transfer.functions()),
+            (functions, "functions of the wavelength", "the transfer, with gloss,", self.functions()),
             (coefficients, "spectral coefficients", "the palette", self.coefficients()),
         ] {
             if got != expected {

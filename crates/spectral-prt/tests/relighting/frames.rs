@@ -14,7 +14,7 @@ use spectral_scene::Camera;
 use crate::stage::*;
 
 /// What a camera sees in f64: radiance between the corners of the nearest triangle that each pixel's centre is well inside of.
-fn expected(
+pub(crate) fn expected(
     surfaces: &[Surface],
     radiance: &[Vec<[f64; 3]>],
     camera: &Camera,
@@ -57,7 +57,7 @@ fn expected(
 }
 
 /// The largest difference over the largest Y, and how many pixels were compared.
-fn difference(picture: &Picture, expected: &[Option<[f64; 3]>]) -> (f64, usize) {
+pub(crate) fn difference(picture: &Picture, expected: &[Option<[f64; 3]>]) -> (f64, usize) {
     let brightest = expected.iter().flatten().map(|xyz| xyz[1]).fold(0.0, f64::max);
     let pairs = picture.xyz.iter().zip(expected).filter_map(|(got, want)| Some((got, (*want)?)));
     let worst = pairs.flat_map(|(got, want)| (0..3).map(move |c| (f64::from(got[c]) - want[c]).abs()));
@@ -65,7 +65,7 @@ fn difference(picture: &Picture, expected: &[Option<[f64; 3]>]) -> (f64, usize) 
 }
 
 /// A ball in front of a wall.
-fn ball_and_wall() -> Vec<Surface> {
+pub(crate) fn ball_and_wall() -> Vec<Surface> {
     let wall: Vec<DVec3> = square().0.positions().iter().map(|p| *p * 3.0 - DVec3::Z * 1.5).collect();
     vec![
         ball(DMat3::IDENTITY, true),

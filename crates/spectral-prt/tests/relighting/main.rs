@@ -2,5 +2,6 @@
 
 mod colours;
 mod frames;
+mod gloss;
 mod refused;
 mod stage;

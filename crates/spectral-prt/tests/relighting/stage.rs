@@ -10,9 +10,9 @@ use spectral_core::grid::SpectralGrid;
 use spectral_core::illuminant::Illuminant;
 use spectral_core::observer::Observer;
 use spectral_prt::{
-    Albedo, Bands, Exposure, IndexMap, PASSES, Palette, Projection, Relighting, RelightingError,
-    RelightingSettings, RelitScene, SceneTransfer, Shot, Sky, SpectralMap, Surface, Transfer,
-    TransferSettings, precompute,
+    Albedo, Bands, Exposure, GlossTransfer, IndexMap, PASSES, Palette, Projection, Relighting,
+    RelightingError, RelightingSettings, RelitScene, SceneTransfer, Shot, Sky, SpectralMap, Surface,
+    Transfer, TransferSettings, precompute,
 };
 use spectral_scene::Camera;
 
@@ -83,6 +83,7 @@ pub(crate) fn turned(camera: &Camera, turn: DMat3) -> Camera {
 pub(crate) struct Stage<'a> {
     pub(crate) surfaces: &'a [Surface],
     pub(crate) transfer: SceneTransfer<'a>,
+    pub(crate) gloss: Option<&'a GlossTransfer>,
     pub(crate) palette: Palette,
     pub(crate) index_maps: Vec<IndexMap>,
     pub(crate) spectral_maps: Vec<SpectralMap>,
@@ -101,6 +102,7 @@ impl<'a> Stage<'a> {
         Self {
             surfaces,
             transfer: SceneTransfer::Direct(transfer),
+            gloss: None,
             palette: Palette::new(projection, reflectances),
             index_maps: Vec::new(),
             spectral_maps: Vec::new(),
@@ -113,6 +115,7 @@ impl<'a> Stage<'a> {
         RelitScene {
             surfaces: self.surfaces,
             transfer: self.transfer,
+            gloss: self.gloss,
             palette: &self.palette,
             index_maps: &self.index_maps,
             spectral_maps: &self.spectral_maps,

@@ -8,7 +8,7 @@ use glam::DMat3;
 use spectral_cli::RelitView;
 use spectral_core::basis::SpectralBasis;
 use spectral_prt::figures::{GRID, OBSERVER};
-use spectral_prt::{Exposure, Palette, Projection, Relighting, RelightingSettings, SceneTransfer, Shot};
+use spectral_prt::{Exposure, Projection, Relighting, RelightingSettings, Shot};
 
 use super::choices::Colors;
 use super::job::RelitJob;
@@ -44,18 +44,18 @@ impl<E: Executor> Frames<E> {
         if self.running.as_ref().is_some_and(is_running) {
             return self.write(job);
         }
-        // The old plan goes before the new one comes.
-        self.running = None;
-        let basis = match job.colors {
-            Colors::Spectral(basis, coefficients) => {
+        // The old plan goes before the new one comes. Its basis is good for any size.
+        let old = self.running.take().filter(|old| old.colors == job.colors);
+        let basis = match (old, job.colors) {
+            (Some(old), _) => old.basis,
+            (None, Colors::Spectral(basis, coefficients)) => {
                 Some(self.stage.trained(basis, coefficients).map_err(|error| error.to_string())?)
             }
-            Colors::Rgb | Colors::Sampled => None,
+            (None, Colors::Rgb | Colors::Sampled) => None,
         };
         let projection = projection(job.colors, basis.as_ref());
-        let figure = &self.stage.figure;
-        let palette = Palette::new(&projection, &figure.reflectances);
-        let scene = figure.scene(SceneTransfer::Direct(&self.stage.transfer), &palette);
+        let palette = self.stage.palette(&projection);
+        let scene = self.stage.scene(&palette);
         let limits = self.executor.limits();
         let relighting = with_shot(&self.stage, &projection, job, |shot| {
             Relighting::new(&scene, shot, &settings, &limits).map_err(|error| error.to_string())
