@@ -1,5 +1,7 @@
 //! Interreflection: what surfaces throw on each other.
 
+use std::convert::Infallible;
+
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use spectral_core::basis::SpectralBasis;
@@ -10,7 +12,7 @@ use crate::error::PrtError;
 use crate::hemisphere::Directions;
 use crate::reflected::ReflectedSpectra;
 use crate::surface::Surface;
-use crate::transfer::{CHUNK_VERTICES, Point, Transfer, TransferSettings, Work};
+use crate::transfer::{Point, Transfer, TransferSettings, Work};
 
 /// The most bounces that are followed.
 const MAX_BOUNCES: u32 = 256;
@@ -119,52 +121,113 @@ pub fn add_bounces(
     settings: &BounceSettings,
     progress: &mut dyn FnMut(f64),
 ) -> Result<SpectralTransfer, PrtError> {
-    let rays = TransferSettings { bands: direct.bands, rays: settings.rays };
-    rays.check()?;
-    check(surfaces, direct, grid, reflectances, settings)?;
-    let spectra = ReflectedSpectra::new(&grid, reflectances, settings.bounces);
-    let work = Work::new(surfaces, rays);
-    let (n, q) = (direct.bands.coefficients(), spectra.count());
-    let one = spectra.one();
-    let mut arriving: Vec<f64> = direct
-        .coefficients
-        .chunks_exact(n)
-        .flat_map(|t| one.iter().flat_map(move |c| t.iter().map(move |t| c * f64::from(*t))))
-        .collect();
-    let mut sum = arriving.clone();
-    let reflections: Vec<Vec<f64>> = reflectances.iter().map(|r| spectra.reflection(r)).collect();
-    progress(0.0);
-    for bounce in 0..settings.bounces {
-        let leaving = reflected(&arriving, &work.vertices, &reflections, n);
-        for chunk in 0..work.chunks() {
-            let first = chunk * CHUNK_VERTICES * n * q;
-            let end = arriving.len().min(first + CHUNK_VERTICES * n * q);
-            let points = &work.points[chunk * CHUNK_VERTICES..];
-            arriving[first..end].par_chunks_mut(n * q).zip(points).for_each_init(
-                || vec![0.0; work.points.len()],
-                |weights, (out, point)| {
-                    gather(&work, point, &leaving, weights, out);
-                },
-            );
-            let done = bounce as f64 + (chunk + 1) as f64 / work.chunks() as f64;
-            progress(done / f64::from(settings.bounces));
-        }
-        sum.iter_mut().zip(&arriving).for_each(|(s, a)| *s += a);
+    let bounces = Bounces::new(surfaces, direct, grid, reflectances, settings)?;
+    let computed = bounces.follow(|_, compute| Ok::<_, Infallible>(compute()), progress);
+    Ok(computed.unwrap_or_else(|never| match never {}))
+}
+
+/// A request, in bounces of chunks that do not depend on each other.
+pub(crate) struct Bounces {
+    work: Work,
+    grid: SpectralGrid,
+    spectra: ReflectedSpectra,
+    /// What each surface does to the coordinates of a spectrum.
+    reflections: Vec<Vec<f64>>,
+    count: usize,
+    /// From the sky.
+    arriving: Vec<f64>,
+}
+
+impl Bounces {
+    pub(crate) fn new(
+        surfaces: &[Surface],
+        direct: &Transfer,
+        grid: SpectralGrid,
+        reflectances: &[Vec<f64>],
+        settings: &BounceSettings,
+    ) -> Result<Self, PrtError> {
+        let rays = TransferSettings { bands: direct.bands, rays: settings.rays };
+        rays.check()?;
+        check(surfaces, direct, grid, reflectances, settings)?;
+        let spectra = ReflectedSpectra::new(&grid, reflectances, settings.bounces);
+        let one = spectra.one();
+        let arriving = direct
+            .coefficients
+            .chunks_exact(direct.bands.coefficients())
+            .flat_map(|t| one.iter().flat_map(move |c| t.iter().map(move |t| c * f64::from(*t))))
+            .collect();
+        let reflections = reflectances.iter().map(|r| spectra.reflection(r)).collect();
+        let work = Work::new(surfaces, rays);
+        Ok(Self { work, grid, spectra, reflections, count: settings.bounces as usize, arriving })
     }
-    // Coefficient 0 of what is left of a white sky: integral of g_q over the wavelengths, which is `one`.
-    let even = |values: &[f64]| -> f64 {
-        values.chunks_exact(n * q).map(|v| (0..q).map(|f| one[f] * v[f * n]).sum::<f64>()).sum()
-    };
-    let last_bounce_share =
-        if settings.bounces == 0 { 1.0 } else { even(&arriving) / even(&sum).max(f64::MIN_POSITIVE) };
-    Ok(SpectralTransfer {
-        bands: direct.bands,
-        grid,
-        functions: spectra.functions(),
-        vertices: work.vertices,
-        coefficients: sum.into_iter().map(|v| v as f32).collect(),
-        last_bounce_share,
-    })
+
+    /// Numbers of each record: of each bounce its chunks.
+    pub(crate) fn records(&self) -> Vec<usize> {
+        let chunks = (0..self.work.chunks()).map(|chunk| self.work.chunk_len(chunk) * self.spectra.count());
+        let of_bounce: Vec<usize> = chunks.collect();
+        of_bounce.repeat(self.count)
+    }
+
+    /// The functions of the wavelength that numbers belong to.
+    pub(crate) fn functions(&self) -> Vec<Vec<f64>> {
+        self.spectra.functions()
+    }
+
+    /// All bounces. `record` hears which one comes, and what computes it; numbers go from bounce to bounce in f32, so that those that come
+    /// from elsewhere are the same.
+    pub(crate) fn follow<E>(
+        mut self,
+        mut record: impl FnMut(usize, &dyn Fn() -> Vec<f32>) -> Result<Vec<f32>, E>,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<SpectralTransfer, E> {
+        let bands = self.work.settings.bands;
+        let (n, q) = (bands.coefficients(), self.spectra.count());
+        let mut arriving = std::mem::take(&mut self.arriving);
+        let mut sum = arriving.clone();
+        let chunks = self.work.chunks();
+        progress(0.0);
+        for bounce in 0..self.count {
+            let leaving = reflected(&arriving, &self.work.vertices, &self.reflections, n);
+            let mut next = Vec::with_capacity(arriving.len());
+            for chunk in 0..chunks {
+                let compute = || self.chunk(chunk, &leaving);
+                next.extend(record(bounce * chunks + chunk, &compute)?.into_iter().map(f64::from));
+                progress((bounce * chunks + chunk + 1) as f64 / (self.count * chunks) as f64);
+            }
+            arriving = next;
+            sum.iter_mut().zip(&arriving).for_each(|(s, a)| *s += a);
+        }
+        // Coefficient 0 of what is left of a white sky: integral of g_q over the wavelengths, which is `one`.
+        let one = self.spectra.one();
+        let even = |values: &[f64]| -> f64 {
+            values.chunks_exact(n * q).map(|v| (0..q).map(|f| one[f] * v[f * n]).sum::<f64>()).sum()
+        };
+        let last_bounce_share =
+            if self.count == 0 { 1.0 } else { even(&arriving) / even(&sum).max(f64::MIN_POSITIVE) };
+        Ok(SpectralTransfer {
+            bands,
+            grid: self.grid,
+            functions: self.spectra.functions(),
+            vertices: self.work.vertices,
+            coefficients: sum.into_iter().map(|v| v as f32).collect(),
+            last_bounce_share,
+        })
+    }
+
+    /// What arrives at the vertices of a chunk, by all threads of rayon's current pool.
+    fn chunk(&self, chunk: usize, leaving: &[f64]) -> Vec<f32> {
+        let of_vertex = self.work.settings.bands.coefficients() * self.spectra.count();
+        let points = self.work.chunk_points(chunk);
+        let mut arriving = vec![0.0; points.len() * of_vertex];
+        arriving.par_chunks_mut(of_vertex).zip(points).for_each_init(
+            || (vec![0.0; self.work.points.len()], vec![0.0; of_vertex]),
+            |(weights, sums), (out, point)| {
+                gather(&self.work, point, leaving, weights, sums);
+                out.iter_mut().zip(sums).for_each(|(out, sum)| *out = *sum as f32);
+            },
+        );
+        arriving
+    }
 }
 
 fn check(

@@ -1,7 +1,7 @@
 //! Transfer on disk, under the hash of everything it depends on.
 //!
 //! A file has a header and one record per chunk of 1024 vertices, each with the SHA-256 of its content and of its place.
-//! Records are written as soon as they are computed, so a killed run loses the chunk it was at; what is missing, cut off
+//! Bounces have such records too, chunk by chunk of each. Records are written as soon as they are computed, so a killed run loses the chunk it was at; what is missing, cut off
 //! or altered is computed again. Every chunk has one possible content: two programs may write one file at once.
 
 use std::fs::{self, File, OpenOptions};
@@ -9,7 +9,9 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
 
 use sha2::{Digest, Sha256};
+use spectral_core::grid::SpectralGrid;
 
+use crate::bounces::{BounceSettings, Bounces, SpectralTransfer};
 use crate::error::PrtError;
 use crate::surface::Surface;
 use crate::transfer::{CHUNK_VERTICES, Transfer, TransferSettings, Work};
@@ -20,9 +22,9 @@ const DIGEST: usize = 32;
 
 /// A transfer and where it came from.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Cached {
-    /// The same, to the bit, as [`precompute`](crate::precompute)'s.
-    pub transfer: Transfer,
+pub struct Cached<T> {
+    /// The same, to the bit, as [`precompute`](crate::precompute) or [`add_bounces`](crate::add_bounces) finds.
+    pub transfer: T,
     /// The file.
     pub path: PathBuf,
     /// Chunks read from it.
@@ -43,33 +45,93 @@ pub fn load_or_precompute(
     surfaces: &[Surface],
     settings: &TransferSettings,
     progress: &mut dyn FnMut(f64),
-) -> Result<Cached, PrtError> {
+) -> Result<Cached<Transfer>, PrtError> {
     settings.check()?;
     let key = content_hash(surfaces, settings);
-    let path = directory.join(format!("{}.sprt", hex(&key)));
     let work = Work::new(surfaces, *settings);
-    let failed = |error| PrtError::Cache { path: path.clone(), error };
-    let mut store = Store::open(&path, key, &work).map_err(failed)?;
+    let lengths = (0..work.chunks()).map(|chunk| work.chunk_len(chunk)).collect();
+    let mut file = Records::open(directory, "sprt", key, lengths)?;
     let mut coefficients = Vec::new();
-    let (mut read_chunks, mut damaged_chunks) = (0, store.discarded_chunks);
     progress(0.0);
     for chunk in 0..work.chunks() {
-        match store.read(chunk).map_err(failed)? {
-            Record::Good(values) => {
-                read_chunks += 1;
-                coefficients.extend(values);
-            }
-            other => {
-                damaged_chunks += usize::from(matches!(other, Record::Damaged));
-                let values = work.chunk(chunk);
-                store.write(chunk, &values).map_err(failed)?;
-                coefficients.extend(values);
-            }
-        }
+        coefficients.extend(file.take(chunk, &|| work.chunk(chunk))?);
         progress((chunk + 1) as f64 / work.chunks() as f64);
     }
-    let computed_chunks = work.chunks() - read_chunks;
-    Ok(Cached { transfer: work.transfer(coefficients), path, read_chunks, computed_chunks, damaged_chunks })
+    Ok(file.cached(work.transfer(coefficients)))
+}
+
+/// Transfer with interreflection, as [`add_bounces`](crate::add_bounces) finds it, likewise: a killed run loses the chunk of the bounce it was
+/// at.
+///
+/// # Errors
+/// Those of [`add_bounces`](crate::add_bounces), and [`PrtError::Cache`].
+pub fn load_or_add_bounces(
+    directory: &Path,
+    surfaces: &[Surface],
+    direct: &Transfer,
+    grid: SpectralGrid,
+    reflectances: &[Vec<f64>],
+    settings: &BounceSettings,
+    progress: &mut dyn FnMut(f64),
+) -> Result<Cached<SpectralTransfer>, PrtError> {
+    let bounces = Bounces::new(surfaces, direct, grid, reflectances, settings)?;
+    let mut hash = Sha256::new();
+    let rays = TransferSettings { bands: direct.bands(), rays: settings.rays };
+    hash.update(content_hash(surfaces, &rays));
+    hash.update(settings.bounces.to_le_bytes());
+    direct.coefficients.iter().for_each(|t| hash.update(t.to_le_bytes()));
+    for spectrum in reflectances.iter().chain(&bounces.functions()) {
+        hash.update((spectrum.len() as u64).to_le_bytes());
+        spectrum.iter().for_each(|value| hash.update(value.to_le_bytes()));
+    }
+    let mut file = Records::open(directory, "bounces.sprt", hash.finalize().into(), bounces.records())?;
+    let transfer = bounces.follow(|record, compute| file.take(record, compute), progress)?;
+    Ok(file.cached(transfer))
+}
+
+/// A file in use, and what became of its records.
+struct Records {
+    path: PathBuf,
+    store: Store,
+    read: usize,
+    damaged: usize,
+}
+
+impl Records {
+    fn open(directory: &Path, ending: &str, key: [u8; 32], lengths: Vec<usize>) -> Result<Self, PrtError> {
+        let path = directory.join(format!("{}.{ending}", hex(&key)));
+        match Store::open(&path, key, lengths) {
+            Ok(store) => Ok(Self { path, read: 0, damaged: store.discarded_chunks, store }),
+            Err(error) => Err(PrtError::Cache { path, error }),
+        }
+    }
+
+    /// A record as it was written, or computed and written now.
+    fn take(&mut self, record: usize, compute: &dyn Fn() -> Vec<f32>) -> Result<Vec<f32>, PrtError> {
+        let failed = |error| PrtError::Cache { path: self.path.clone(), error };
+        match self.store.read(record).map_err(failed)? {
+            Record::Good(values) => {
+                self.read += 1;
+                Ok(values)
+            }
+            other => {
+                self.damaged += usize::from(matches!(other, Record::Damaged));
+                let values = compute();
+                self.store.write(record, &values).map_err(failed)?;
+                Ok(values)
+            }
+        }
+    }
+
+    fn cached<T>(self, transfer: T) -> Cached<T> {
+        Cached {
+            transfer,
+            computed_chunks: self.store.lengths.len() - self.read,
+            path: self.path,
+            read_chunks: self.read,
+            damaged_chunks: self.damaged,
+        }
+    }
 }
 
 /// SHA-256 of all that a transfer depends on: the version, the settings, and every surface's geometry, bit by bit.
@@ -104,7 +166,7 @@ enum Record {
     Damaged,
 }
 
-/// The file of one transfer.
+/// The file of one transfer, or of its bounces.
 struct Store {
     file: File,
     key: [u8; 32],
@@ -116,12 +178,11 @@ struct Store {
 }
 
 impl Store {
-    fn open(path: &Path, key: [u8; 32], work: &Work) -> io::Result<Self> {
+    fn open(path: &Path, key: [u8; 32], lengths: Vec<usize>) -> io::Result<Self> {
         if let Some(directory) = path.parent() {
             fs::create_dir_all(directory)?;
         }
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
-        let lengths: Vec<usize> = (0..work.chunks()).map(|chunk| work.chunk_len(chunk)).collect();
         let header = header(&key, &lengths);
         let mut found = Vec::with_capacity(header.len());
         (&file).take(header.len() as u64).read_to_end(&mut found)?;
@@ -138,7 +199,7 @@ impl Store {
         Ok(Self { file, key, header_len: header.len() as u64, lengths, discarded_chunks })
     }
 
-    /// Where a chunk's record begins, bytes. All chunks but the last are equally long.
+    /// Where a chunk's record begins, bytes. No chunk is longer than the first.
     fn offset(&self, chunk: usize) -> u64 {
         self.header_len + (chunk * (self.lengths[0] * size_of::<f32>() + DIGEST)) as u64
     }

@@ -164,7 +164,7 @@ impl Work {
         self.chunk_points(chunk).len() * self.settings.bands.coefficients()
     }
 
-    fn chunk_points(&self, chunk: usize) -> &[Point] {
+    pub(crate) fn chunk_points(&self, chunk: usize) -> &[Point] {
         let first = chunk * CHUNK_VERTICES;
         &self.points[first..self.points.len().min(first + CHUNK_VERTICES)]
     }

@@ -6,8 +6,14 @@ use std::path::Path;
 
 use glam::DVec3;
 use proptest::prelude::*;
-use spectral_prt::cache::{Cached, content_hash, load_or_precompute};
-use spectral_prt::{Bands, PrtError, Surface, TransferSettings, precompute};
+use spectral_core::grid::SpectralGrid;
+use spectral_prt::cache::{Cached, content_hash, load_or_add_bounces, load_or_precompute};
+use spectral_prt::{
+    Bands, BounceSettings, PrtError, SpectralTransfer, Surface, Transfer, TransferSettings, add_bounces,
+    precompute,
+};
+
+const GRID: SpectralGrid = SpectralGrid::SCHWENK_2010;
 
 fn settings() -> TransferSettings {
     TransferSettings { bands: Bands::new(2).expect("1 to 10"), rays: 2 }
@@ -28,11 +34,11 @@ fn fan() -> Vec<Surface> {
     vec![Surface::new(&positions, &[], &triangles).expect("a mesh")]
 }
 
-fn cached(directory: &Path) -> Cached {
+fn cached(directory: &Path) -> Cached<Transfer> {
     load_or_precompute(directory, &fan(), &settings(), &mut |_| {}).expect("a cache")
 }
 
-fn counts(cached: &Cached) -> [usize; 3] {
+fn counts(cached: &Cached<Transfer>) -> [usize; 3] {
     [cached.read_chunks, cached.computed_chunks, cached.damaged_chunks]
 }
 
@@ -87,6 +93,42 @@ fn a_directory_that_is_a_file_is_an_error_with_its_name() {
     fs::write(&file, "").unwrap();
     let refused = load_or_precompute(&file, &fan(), &settings(), &mut |_| {}).unwrap_err();
     assert!(matches!(refused, PrtError::Cache { .. }) && refused.to_string().contains("file"), "{refused}");
+}
+
+fn bounced(directory: &Path, reflectance: f64, progress: &mut dyn FnMut(f64)) -> Cached<SpectralTransfer> {
+    let direct = precompute(&fan(), &settings(), &mut |_| {}).expect("good settings");
+    let paint = [GRID.sample(|lambda_nm| reflectance * lambda_nm / 700.0)];
+    let settings = BounceSettings { rays: 4, bounces: 2 };
+    load_or_add_bounces(directory, &fan(), &direct, GRID, &paint, &settings, progress).expect("a cache")
+}
+
+/// Bounces are read as they were computed, those of a run that died as far as it came, and a damaged one is computed again; another paint is
+/// another file.
+#[test]
+fn bounces_are_kept_chunk_by_chunk() {
+    let directory = tempfile::tempdir().unwrap();
+    let paint = [GRID.sample(|lambda_nm| 0.8 * lambda_nm / 700.0)];
+    let direct = precompute(&fan(), &settings(), &mut |_| {}).unwrap();
+    let by_rays = BounceSettings { rays: 4, bounces: 2 };
+    let computed = add_bounces(&fan(), &direct, GRID, &paint, &by_rays, &mut |_| {}).unwrap();
+    let died = catch_unwind(AssertUnwindSafe(|| {
+        bounced(directory.path(), 0.8, &mut |share| assert!(share < 0.7, "killed"))
+    }));
+    assert!(died.is_err());
+    let first = bounced(directory.path(), 0.8, &mut |_| {});
+    assert_eq!([first.read_chunks, first.computed_chunks, first.damaged_chunks], [5, 1, 0]);
+    assert_eq!(first.transfer, computed);
+    let mut bytes = fs::read(&first.path).unwrap();
+    // Within the second of six records.
+    let quarter = bytes.len() / 4;
+    bytes[quarter] ^= 1;
+    fs::write(&first.path, bytes).unwrap();
+    let mended = bounced(directory.path(), 0.8, &mut |_| {});
+    assert_eq!([mended.read_chunks, mended.computed_chunks, mended.damaged_chunks], [5, 1, 1]);
+    assert_eq!(mended.transfer, computed);
+    let other = bounced(directory.path(), 0.7, &mut |_| {});
+    assert_eq!([other.read_chunks, other.computed_chunks], [0, 2 * CHUNKS]);
+    assert_ne!(other.transfer, computed);
 }
 
 proptest! {

@@ -5,20 +5,18 @@ use spectral_core::color_checker;
 use spectral_prt::figures::{Figure, GRID};
 use spectral_prt::{
     Albedo, BounceSettings, Palette, Projection, RelitScene, SceneTransfer, Surface, TransferSettings,
-    add_bounces,
 };
 use spectral_scene::{Camera, Scene};
 
 use super::environment::Environment;
 use super::gloss::{self, Shine, base_color};
-use super::stage::{Lit, Taken, pictures};
+use super::stage::{Lit, Taken, bounced, pictures};
 use super::{PrtArgs, background};
 use crate::backend::{self, RELIT};
 use crate::choices::Basis;
 use crate::error::CliError;
 use crate::output::exr::ExrImage;
 use crate::output::png;
-use crate::progress::Progress;
 use crate::stats::{Stopwatch, json};
 use crate::targets::{self, ImageFormat};
 use crate::values::Gloss;
@@ -66,12 +64,7 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
         0 => None,
         bounces => {
             let settings = BounceSettings { rays: matt.rays, bounces };
-            let bar = Progress::bar("bounces");
-            let all =
-                add_bounces(&matt.surfaces, &direct, GRID, &matt.reflectances, &settings, &mut |done| {
-                    bar.set(done)
-                });
-            Some(all.map_err(CliError::failed)?)
+            Some(bounced(&matt.surfaces, &direct, &matt.reflectances, &settings)?)
         }
     };
     times.did("transfer");

@@ -3,9 +3,10 @@
 use frame_plan::Executor;
 use glam::DMat3;
 use spectral_core::patch::Shown;
+use spectral_prt::figures::GRID;
 use spectral_prt::{
-    Bands, Exposure, Relighting, RelightingError, RelightingSettings, RelitScene, Shot, Sky, Surface,
-    Transfer, TransferSettings, cache, precompute,
+    Bands, BounceSettings, Exposure, Relighting, RelightingError, RelightingSettings, RelitScene, Shot, Sky,
+    SpectralTransfer, Surface, Transfer, TransferSettings, add_bounces, cache, precompute,
 };
 use spectral_scene::Camera;
 
@@ -31,6 +32,29 @@ pub(super) fn transfer(surfaces: &[Surface], bands: Bands, rays: u32) -> Result<
         Some(folder) => cache::load_or_precompute(&folder.join("transfer"), surfaces, &settings, progress)
             .map(|cached| cached.transfer),
         None => precompute(surfaces, &settings, progress),
+    }
+    .map_err(CliError::failed)
+}
+
+/// What surfaces throw on each other besides, from the user's cache where there is one.
+///
+/// # Errors
+/// What the cache's file system says.
+pub(super) fn bounced(
+    surfaces: &[Surface],
+    direct: &Transfer,
+    reflectances: &[Vec<f64>],
+    settings: &BounceSettings,
+) -> Result<SpectralTransfer, CliError> {
+    let bar = Progress::bar("bounces");
+    let progress = &mut |done| bar.set(done);
+    match cache_folder() {
+        Some(folder) => {
+            let folder = folder.join("transfer");
+            cache::load_or_add_bounces(&folder, surfaces, direct, GRID, reflectances, settings, progress)
+                .map(|cached| cached.transfer)
+        }
+        None => add_bounces(surfaces, direct, GRID, reflectances, settings, progress),
     }
     .map_err(CliError::failed)
 }
