@@ -19,6 +19,10 @@ struct PondSurface {
     table_entries: u32,  // of `refraction_table`; 0: Gamma and T are evaluated
     mapped: u32,         // 1: `illumination` has a value per sample; 0: one for all
     units_per_flux: f32, // of the report
+    floor_m: f32,        // how far the floor is below the water at rest
+    reserved0: u32,
+    reserved1: u32,
+    reserved2: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: PondSurface;
@@ -166,6 +170,9 @@ fn pond_surface(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_inv
 
 fn light_sample(at: vec2<u32>) {
     let index = pond_index(params.grid, at);
+    if !(params.floor_m + heights[index] > 0.0) {
+        atomicAdd(&counted[GROUNDED], 1u);
+    }
     let across = ends(i32(at.x), i32(params.grid.size.x));
     let up = ends(i32(at.y), i32(params.grid.size.y));
     let rise = vec2<f32>(

@@ -271,6 +271,41 @@ fn impulses_are_the_same_waves_on_every_executor() {
                 let bound = if levels.is_some() { 1e-3 } else { 1e-4 };
                 assert!(error < bound, "{name} on {id}, {levels:?}: {error}");
             }
+            if name == "in the middle" {
+                let later = Inputs::Impulses(&Ripple::PEBBLE, impulses, time_s + 0.01);
+                for (id, frame) in on_all("10 ms later", &plan, &later) {
+                    let error = relative_rms(&frame.light.irradiance, &expected.irradiance);
+                    assert!(error > 2e-3, "10 ms went unnoticed on {id}, {levels:?}: {error}");
+                }
+            }
+        }
+    }
+}
+
+/// Waves down to the floor, which only the device knows of, are refused when the frame is read.
+#[test]
+fn impulses_that_touch_the_floor_are_refused() {
+    let (size, pond) = ([30, 20], pond(0.0, 30.0));
+    let heights = HeightSource::Impulses { capacity: 5, distance_levels: None };
+    let plan = convolution(size, &pond, Default::default());
+    let plan = plan.plan(&PlanSettings { heights, ..PlanSettings::default() }).unwrap();
+    for (id, mut executor) in pond_executors() {
+        let executor = executor.as_mut();
+        executor.prepare(&plan.plan).unwrap();
+        for amplitude_m in [0.003, 1.0] {
+            let pebble = Impulse { position_m: [0.4, 0.6], start_s: 0.0, amplitude_m };
+            plan.write_impulses(executor, &Ripple::PEBBLE, &[pebble], WallImages::Four, 0.8).unwrap();
+            executor.execute().unwrap();
+            let read = plan.read(executor).map(|_| ());
+            let surface =
+                impulse_heights(size, [1.0, 1.0], &Ripple::PEBBLE, &[pebble], WallImages::Four, 0.8).unwrap();
+            match (surface.heights_m.iter().filter(|&&h| h <= -pond.depth_m).count(), read) {
+                (0, Ok(())) => assert_eq!(amplitude_m, 0.003, "{id}"),
+                (expected, Err(PondError::Grounded { got, samples: 600 })) => {
+                    assert!(amplitude_m == 1.0 && got.abs_diff(expected) <= 1, "{id}: {got} {expected}");
+                }
+                (expected, read) => panic!("{id}: {expected} samples on the floor, and {read:?}"),
+            }
         }
     }
 }

@@ -105,6 +105,17 @@ pub enum PondError {
         /// The least that is taken.
         min: f64,
     },
+    /// Waves made by a plan that reach down to the floor.
+    #[error(
+        "{got} of {samples} heights are on the floor or below it; lower waves or deeper water: here only `exact` in the physical form has \
+        a limit"
+    )]
+    Grounded {
+        /// How many.
+        got: usize,
+        /// Of how many.
+        samples: usize,
+    },
     /// More impulses and images than a plan has room for.
     #[error("{got} impulses and images make waves in the pond; the plan has room for {max}")]
     Impulses {

@@ -43,7 +43,7 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             &POND_SURFACE,
             layout!(PondSurface as "PondSurface" {
                 grid, light, eta, step, rise_m, depth_m, tangent, most_steps, one_sided, periodic,
-                facets_are_larger, table_entries, mapped, units_per_flux,
+                facets_are_larger, table_entries, mapped, units_per_flux, floor_m, reserved0, reserved1, reserved2,
             }),
         ),
         (

@@ -212,6 +212,14 @@ fn what_a_plan_cannot_take_is_said() {
     // None of them has fallen yet.
     write(&mut cpu, &impulses, -0.1).unwrap();
     assert!(write(&mut cpu, &impulses, f64::NAN).is_err());
+    // Waves of 3 cm over water of 30, and of 3 m.
+    for (amplitude_m, grounded) in [(0.3, false), (30.0, true)] {
+        let impulse = Impulse { amplitude_m, ..impulses[0] };
+        write(&mut cpu, &[impulse], 0.1).unwrap();
+        cpu.execute().unwrap();
+        let read = plan.read(&mut cpu);
+        assert_eq!(matches!(read, Err(PondError::Grounded { .. })), grounded, "{read:?}");
+    }
     let other = HeightField::flat([9, 8], [1.0, 1.0]).unwrap();
     assert!(plan.write_heights(&mut cpu, &other).is_err());
     let grounded = HeightField::from_fn([8, 8], [1.0, 1.0], |_, _| -0.3).unwrap();

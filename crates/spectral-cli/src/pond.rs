@@ -6,10 +6,11 @@ mod method;
 mod output;
 mod photon;
 mod planned;
+mod water;
 
 use std::path::{Path, PathBuf};
 
-use caustic_heightfield::{FloorReport, HeightField, Moment, Pond, PondScene, SurfaceReport};
+use caustic_heightfield::{FloorReport, Pond, PondScene, SurfaceReport};
 use clap::Args;
 use serde::Serialize;
 use serde_json::{Map, Value};
@@ -23,6 +24,7 @@ use crate::{messages, targets};
 use color::{ColorArgs, DispersionStats};
 use method::MethodArgs;
 use output::{Output, Series};
+use water::Waters;
 
 /// Samples on a side if nothing else is said.
 pub(crate) const DEFAULT_SIDE: usize = 128;
@@ -99,12 +101,14 @@ pub(crate) fn run(args: &PondArgs) -> Result<(), CliError> {
     let mut times = Stopwatch::start();
     let (scene, folder) = open(args.scene.as_deref())?;
     args.check_scene(&scene)?;
-    let heights = |frame: usize| -> Result<HeightField, CliError> {
-        let moment = Moment { frame, after_s: frame as f64 * series.step_s };
-        let size = [args.size.unwrap_or(DEFAULT_SIDE); 2];
-        scene.heights(size, &folder, moment).map_err(CliError::failed)
-    };
-    let examples = examples(series.frames).map(&heights).collect::<Result<Vec<_>, _>>()?;
+    let size = [args.size.unwrap_or(DEFAULT_SIDE); 2];
+    let waters = Waters { scene: &scene, folder: &folder, size, series };
+    let first_water = waters.at(0);
+    let examples = examples(series.frames).map(|frame| match frame {
+        0 => first_water.heights().cloned(),
+        _ => waters.at(frame).heights().cloned(),
+    });
+    let examples = examples.collect::<Result<Vec<_>, _>>().map_err(CliError::failed)?;
     times.did("surface");
     let method = args.color.prepare(&scene, &examples, &args.how, args.stats.is_some())?;
     times.did("prepare");
@@ -114,11 +118,10 @@ pub(crate) fn run(args: &PondArgs) -> Result<(), CliError> {
     let progress = Progress::bar("floors");
     output.write(series, args.exposure, |frame| {
         let watch = Stopwatch::start();
-        let surface = match frame {
-            0 => examples[0].clone(),
-            _ => heights(frame)?,
-        };
-        let image = method.floor(&surface)?;
+        let image = match frame {
+            0 => method.floor(&first_water),
+            _ => method.floor(&waters.at(frame)),
+        }?;
         first.get_or_insert(image.report);
         frames.push(FrameStats {
             after_s: frame as f64 * series.step_s,

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::pond_relief::relief_of;
 use super::report::{
-    INCIDENT, PAST_45_DEGREES, SELF_SHADOWED, TOTALLY_REFLECTED, TRANSMITTED, TURNED_AWAY, Tally,
+    GROUNDED, INCIDENT, PAST_45_DEGREES, SELF_SHADOWED, TOTALLY_REFLECTED, TRANSMITTED, TURNED_AWAY, Tally,
 };
 use super::{PondGrid, binding, outside, wgsl};
 use crate::normals::slopes_at;
@@ -50,6 +50,14 @@ pub struct PondSurface {
     pub mapped: u32,
     /// Units of the report per flux.
     pub units_per_flux: f32,
+    /// How far the floor is below the water at rest, metres.
+    pub floor_m: f32,
+    /// Padding.
+    pub reserved0: u32,
+    /// Padding.
+    pub reserved1: u32,
+    /// Padding.
+    pub reserved2: u32,
 }
 
 /// All that an executor needs to build and run `pond_surface`.
@@ -118,6 +126,9 @@ pub fn pond_surface(
     beams[..params.grid.samples()].par_chunks_mut(width).enumerate().for_each(|(j, row)| {
         let mut tally = Tally::default();
         for (i, of_sample) in row.iter_mut().enumerate() {
+            if params.floor_m + surface.at(i, j) <= 0.0 {
+                tally.add(GROUNDED);
+            }
             let slopes = slopes_at(&surface, rule, i, j);
             let steepness = (slopes[0] * slopes[0] + slopes[1] * slopes[1]).sqrt();
             tally.steepness(steepness);

@@ -8,9 +8,10 @@ pub(crate) const PAST_45_DEGREES: usize = 0;
 pub(crate) const SELF_SHADOWED: usize = 1;
 pub(crate) const TURNED_AWAY: usize = 2;
 pub(crate) const TOTALLY_REFLECTED: usize = 3;
-pub(crate) const STEEPEST: usize = 4;
-pub(crate) const OUTSIDE_STATES: usize = 5;
-pub(crate) const UPWARDS: usize = 6;
+pub(crate) const GROUNDED: usize = 4;
+pub(crate) const STEEPEST: usize = 5;
+pub(crate) const OUTSIDE_STATES: usize = 6;
+pub(crate) const UPWARDS: usize = 7;
 pub(crate) const INCIDENT: usize = 8;
 pub(crate) const TRANSMITTED: usize = 10;
 pub(crate) const REPORT_WORDS: usize = 12;
@@ -49,8 +50,16 @@ impl Tally {
 
     /// Add them to the report.
     pub(crate) fn flush(self, report: &[AtomicU32]) {
-        for word in [PAST_45_DEGREES, SELF_SHADOWED, TURNED_AWAY, TOTALLY_REFLECTED, OUTSIDE_STATES, UPWARDS]
-        {
+        const COUNTS: [usize; 7] = [
+            PAST_45_DEGREES,
+            SELF_SHADOWED,
+            TURNED_AWAY,
+            TOTALLY_REFLECTED,
+            GROUNDED,
+            OUTSIDE_STATES,
+            UPWARDS,
+        ];
+        for word in COUNTS {
             report[word].fetch_add(self.counts[word], Ordering::Relaxed);
         }
         report[STEEPEST].fetch_max(self.steepest.to_bits(), Ordering::Relaxed);

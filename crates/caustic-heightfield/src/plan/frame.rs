@@ -12,7 +12,7 @@ use crate::floor::{FloorGrid, FloorLight, FloorReport, lobe_samples};
 use crate::height_field::HeightField;
 use crate::impulse::{Impulse, Ripple, checked_sources};
 use crate::passes::pond_heights::{PondHeights, RingSource};
-use crate::passes::report::{OUTSIDE_STATES, UPWARDS, decoded};
+use crate::passes::report::{GROUNDED, OUTSIDE_STATES, UPWARDS, decoded};
 use crate::pond::{Illumination, Pond};
 use crate::walls::WallImages;
 
@@ -178,10 +178,13 @@ impl PondPlan {
     /// Wait for the last frame and read its light.
     ///
     /// # Errors
-    /// Those of the executor.
+    /// Impulses whose waves touch the floor ([`PondPlan::write_heights`] looks by itself); those of the executor.
     pub fn read(&self, executor: &mut dyn Executor) -> Result<PondFrame, PondError> {
         let irradiance: Vec<f32> = words(&executor.read(self.ids.irradiance)?);
         let words: Vec<u32> = words(&executor.read(self.ids.report)?);
+        if words[GROUNDED] > 0 {
+            return Err(PondError::Grounded { got: words[GROUNDED] as usize, samples: irradiance.len() });
+        }
         let grid = FloorGrid { size: self.size, corner_m: [0.0; 2], extent_m: self.extent_m };
         let irradiance: Vec<f64> = irradiance.into_iter().map(f64::from).collect();
         let (periodic_tiles, periodic_tail) = self.tiles;

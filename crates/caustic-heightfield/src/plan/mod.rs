@@ -39,11 +39,16 @@ pub enum HeightSource {
     Host,
     /// A pass makes them of impulses: [`PondPlan::write_impulses`].
     Impulses {
-        /// Room for so many impulses and images, 1 or more.
+        /// Room for so many impulses and images, 1 to [`HeightSource::MOST_IMPULSES`].
         capacity: usize,
         /// Levels of the table T(u, v) that distances are looked up in, as the paper has it; evaluated if there is none.
         distance_levels: Option<usize>,
     },
+}
+
+impl HeightSource {
+    /// Most impulses and images.
+    pub const MOST_IMPULSES: usize = 1 << 20;
 }
 
 /// What a plan is made with, besides the method.

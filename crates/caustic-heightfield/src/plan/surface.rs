@@ -16,8 +16,6 @@ use crate::shadow::March;
 
 /// Impulses that an iteration of `pond_heights` takes: what one invocation does must stay far below what drivers allow.
 pub(super) const SOURCES_PER_ITERATION: usize = 4096;
-/// Most impulses and images.
-const MOST_SOURCES: usize = 1 << 20;
 /// Steps of a ray towards the light that are followed: half as many samples.
 const MOST_STEPS: u32 = 8192;
 /// Most entries of a table of Gamma and T.
@@ -35,7 +33,7 @@ impl Builder {
             self.decide("pond_heights", false, "heights come from the host");
             return Ok(None);
         };
-        if !(1..=MOST_SOURCES).contains(&capacity) {
+        if !(1..=HeightSource::MOST_IMPULSES).contains(&capacity) {
             let got = capacity as f64;
             return Err(PondError::Setting { name: "room for impulses", got, expected: "1 to 2^20" });
         }
@@ -174,6 +172,10 @@ impl PondPlan {
             table_entries: self.settings.refraction_entries.unwrap_or(0) as u32,
             mapped: u32::from(matches!(pond.illumination, Illumination::Map(_))),
             units_per_flux: self.units_per_flux(pond) as f32,
+            floor_m: pond.depth_m as f32,
+            reserved0: 0,
+            reserved1: 0,
+            reserved2: 0,
         }
     }
 

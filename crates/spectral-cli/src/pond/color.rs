@@ -9,8 +9,9 @@ use serde::Serialize;
 use serde_json::Value;
 use spectral_core::rgb::D65_WHITE_XYZ;
 
-use super::floors::{Floor, Floors};
-use super::method::MethodArgs;
+use super::floors::Floor;
+use super::method::{MethodArgs, Prepared};
+use super::water::Water;
 use crate::choices::{Dispersed, PondMethod};
 use crate::error::CliError;
 use crate::messages;
@@ -46,7 +47,7 @@ pub(super) struct DispersionStats {
 
 /// The methods of a floor: one, or one per wavelength.
 pub(super) struct ColorMethod {
-    methods: Vec<Floors>,
+    methods: Vec<Prepared>,
     pub(super) stats: DispersionStats,
 }
 
@@ -119,7 +120,7 @@ impl ColorArgs {
         let methods = if photon {
             vec![how.photon(scene, &examples[0], on.then_some(self.wavelengths))?]
         } else {
-            ponds.iter().map(|pond| how.prepare(examples, pond, measured)).collect::<Result<_, _>>()?
+            ponds.iter().map(|pond| how.prepare(scene, examples, pond, measured)).collect::<Result<_, _>>()?
         };
         let stats = DispersionStats { on, because, spread, visible_from_texels: VISIBLE_TEXELS, bands };
         Ok(ColorMethod { methods, stats })
@@ -135,16 +136,16 @@ impl ColorMethod {
         }
     }
 
-    /// The floor below a surface.
+    /// The floor below the water.
     ///
     /// # Errors
     /// What the method says.
-    pub(super) fn floor(&self, surface: &HeightField) -> Result<Image, CliError> {
+    pub(super) fn floor(&self, water: &Water<'_>) -> Result<Image, CliError> {
         let (grid, pixels, report, outside) = match &self.stats.bands {
             Some(bands) => {
                 let mut outside = 0;
                 let of = |band: usize| -> Result<FloorLight, PondError> {
-                    let floor = self.methods[band].below(surface)?;
+                    let floor = (self.methods[band].floor)(water)?;
                     outside += floor.outside;
                     Ok(floor.light)
                 };
@@ -153,7 +154,7 @@ impl ColorMethod {
             }
             None => {
                 let Floor { light, outside, xyz } =
-                    self.methods[0].below(surface).map_err(CliError::failed)?;
+                    (self.methods[0].floor)(water).map_err(CliError::failed)?;
                 (light.grid, xyz.map_or(Pixels::Y(light.irradiance), Pixels::Xyz), light.report, outside)
             }
         };

@@ -28,10 +28,10 @@ pub struct FloorChoice {
 pub struct Floors {
     /// What it says about itself.
     pub(crate) details: Value,
-    pub(crate) floor: Box<FloorOf>,
+    floor: Box<FloorOf>,
 }
 
-pub(crate) type FloorOf = dyn Fn(&HeightField) -> Result<Floor, PondError>;
+type FloorOf = dyn Fn(&HeightField) -> Result<Floor, PondError>;
 
 /// The light on one floor.
 pub struct Floor {

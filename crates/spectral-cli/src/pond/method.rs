@@ -1,9 +1,11 @@
 //! The options that say how a floor is computed, and in which numbers.
 
-use caustic_heightfield::{HeightField, Pond};
+use caustic_heightfield::{HeightField, Pond, PondError, PondScene};
 use clap::Args;
+use serde_json::Value;
 
-use super::floors::{FloorChoice, Floors};
+use super::floors::{Floor, FloorChoice, Floors};
+use super::water::Water;
 use crate::args::DeviceArgs;
 use crate::choices::{PondMethod, Precision, Sums};
 use crate::error::CliError;
@@ -29,6 +31,22 @@ pub(crate) struct MethodArgs {
     pub(super) kernel: Option<usize>,
     #[command(flatten)]
     pub(super) device: DeviceArgs,
+}
+
+/// A method that is ready for the frames of a series.
+pub(super) struct Prepared {
+    /// What it says about itself.
+    pub(super) details: Value,
+    pub(super) floor: Box<FloorOf>,
+}
+
+type FloorOf = dyn Fn(&Water<'_>) -> Result<Floor, PondError>;
+
+impl From<Floors> for Prepared {
+    fn from(floors: Floors) -> Self {
+        let details = floors.details.clone();
+        Self { details, floor: Box::new(move |water| floors.below(water.heights()?)) }
+    }
 }
 
 impl MethodArgs {
@@ -69,20 +87,22 @@ impl MethodArgs {
         Ok(FloorChoice { sums, error, kernel, ..FloorChoice::new(self.method, self.precision()?) })
     }
 
-    /// The method for surfaces like these at one index of refraction; `measured` asks what a frame buffer's format costs, against f64.
+    /// The method for surfaces of `scene` like these, at the index of refraction of `pond`; `measured` asks what a frame buffer's format
+    /// costs, against f64.
     ///
     /// # Errors
     /// What the method says.
     pub(super) fn prepare(
         &self,
+        scene: &PondScene,
         examples: &[HeightField],
         pond: &Pond,
         measured: bool,
-    ) -> Result<Floors, CliError> {
+    ) -> Result<Prepared, CliError> {
         let choice = self.choice()?;
         if choice.is_plan() {
-            return self.planned(&choice, examples, pond);
+            return self.planned(&choice, scene, examples, pond);
         }
-        choice.without_plan(examples, pond, measured).map_err(CliError::failed)
+        choice.without_plan(examples, pond, measured).map(Prepared::from).map_err(CliError::failed)
     }
 }

@@ -7,8 +7,9 @@ use asm_core::shared::footprint::MOST_NODES;
 use caustic_heightfield::{FloorGrid, HeightField, Photon, PhotonSettings, PondScene};
 use serde_json::json;
 
-use super::floors::{Floor, Floors};
-use super::method::MethodArgs;
+use super::floors::Floor;
+use super::method::{MethodArgs, Prepared};
+use super::water::Water;
 use crate::backend::SCENES;
 use crate::error::CliError;
 
@@ -19,7 +20,7 @@ impl MethodArgs {
         scene: &PondScene,
         example: &HeightField,
         dispersed: Option<Option<usize>>,
-    ) -> Result<Floors, CliError> {
+    ) -> Result<Prepared, CliError> {
         let wavelengths = dispersed.flatten();
         if let Some(n) = wavelengths.filter(|&n| n > MOST_NODES) {
             return Err(CliError::Usage(format!(
@@ -43,11 +44,12 @@ impl MethodArgs {
         let plan = photon.prepare(example, FloorGrid::below(example), executor.as_mut());
         details["facets_per_sample"] = json!(plan.map_err(CliError::failed)?.facets_per_sample);
         let running = RefCell::new((photon, executor));
-        let floor = move |surface: &HeightField| {
+        let floor = move |water: &Water<'_>| {
+            let surface = water.heights()?;
             let (photon, executor) = &mut *running.borrow_mut();
             let floor = photon.floor(surface, FloorGrid::below(surface), executor.as_mut())?;
             Ok(Floor { xyz: in_color.then_some(floor.xyz), ..floor.light.into() })
         };
-        Ok(Floors { details, floor: Box::new(floor) })
+        Ok(Prepared { details, floor: Box::new(floor) })
     }
 }

@@ -2,12 +2,13 @@
 
 use std::cell::RefCell;
 
-use caustic_heightfield::{HeightField, PlanSettings, Pond, PondPlan};
+use caustic_heightfield::{HeightField, PlanSettings, Pond, PondPlan, PondScene};
 use frame_plan::Executor;
 use serde_json::{Value, json};
 
 use super::floors::{Floor, FloorChoice, Floors};
-use super::method::MethodArgs;
+use super::method::{MethodArgs, Prepared};
+use super::water::{Water, height_source};
 use crate::backend::{self, Chosen, PONDS, Programs};
 use crate::choices::PondMethod;
 use crate::error::CliError;
@@ -18,10 +19,11 @@ impl MethodArgs {
     pub(super) fn planned(
         &self,
         choice: &FloorChoice,
+        scene: &PondScene,
         examples: &[HeightField],
         pond: &Pond,
-    ) -> Result<Floors, CliError> {
-        let settings = PlanSettings::default();
+    ) -> Result<Prepared, CliError> {
+        let settings = PlanSettings { heights: height_source(scene), ..PlanSettings::default() };
         if choice.method == PondMethod::Convolution {
             let method = choice.convolution::<f32>(&examples[0], pond).map_err(CliError::failed)?;
             let plan = method.plan(&settings).map_err(CliError::failed)?;
@@ -37,7 +39,7 @@ impl MethodArgs {
                 "{option}: this lobe is splatted, which is no plan yet; leave {option} out, or ask for a larger --error"
             )));
         }
-        Ok(method.into())
+        Ok(Floors::from(method).into())
     }
 
     /// What the options ask for, for these programs; `details` says what it is.
@@ -55,13 +57,15 @@ impl MethodArgs {
         Ok(executor)
     }
 
-    fn prepared(&self, plan: PondPlan, mut details: Value) -> Result<Floors, CliError> {
+    fn prepared(&self, plan: PondPlan, mut details: Value) -> Result<Prepared, CliError> {
+        let is_kept = plan.plan.decisions.iter().any(|decision| decision.pass == "pond_heights" && decision.kept);
+        details["heights_by"] = json!(if is_kept { "plan" } else { "host" });
         let mut executor = self.executor(&PONDS, &mut details)?;
         executor.prepare(&plan.plan).map_err(CliError::failed)?;
         let executor = RefCell::new(executor);
-        let floor = move |surface: &HeightField| {
+        let floor = move |water: &Water<'_>| {
             let mut executor = executor.borrow_mut();
-            plan.write_heights(executor.as_mut(), surface)?;
+            water.write(&plan, executor.as_mut())?;
             executor.execute()?;
             let frame = plan.read(executor.as_mut())?;
             if frame.upward_beams > 0 {
@@ -72,6 +76,6 @@ impl MethodArgs {
             }
             Ok(Floor { outside: frame.outside_states, ..frame.light.into() })
         };
-        Ok(Floors { details, floor: Box::new(floor) })
+        Ok(Prepared { details, floor: Box::new(floor) })
     }
 }

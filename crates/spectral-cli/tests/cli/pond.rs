@@ -52,6 +52,43 @@ fn plans_run_on_the_backend_asked_for() {
     spectral("pond --backend cpu --adapter x -o e.exr").bad_usage(&["--adapter \"x\" names a GPU"]);
 }
 
+/// Impulses are summed by the plan: the floor is that of heights in f64, which another moment's is not; waves down to the floor are
+/// refused there, too. Other surfaces come from the host.
+#[test]
+fn plans_sum_impulses_by_themselves() {
+    let folder = tempfile::tempdir().expect("folder");
+    let pebbles = |amplitude_m: f64, time_s: f64| {
+        let text = format!(
+            r#"{{"surface": {{"impulses": {{
+                "ripple": {{"front_m_s": 0.5, "alpha_per_s": 0.4, "beta_per_m": 3.0, "wave_number_rad_m": 60.0, "frequency_rad_s": 30.0}},
+                "impulses": [{{"position_m": [0.3, 0.4], "start_s": 0.0, "amplitude_m": {amplitude_m}}},
+                             {{"position_m": [0.8, 0.1], "start_s": 0.3, "amplitude_m": -0.002}}],
+                "walls": {{"tiles": 2}}, "time_s": {time_s}}}}}}}"#
+        );
+        fs::write(folder.path().join("pebbles.json"), text).expect("written");
+    };
+    let run = |options: &str| {
+        let command = format!("pond --scene pebbles.json --size 48 --method convolution {options} -o e.exr");
+        spectral_in(folder.path(), &command)
+    };
+    let lit = |options: &str| {
+        run(&format!("{options} --stats s.json")).done();
+        (floor(folder.path(), "e.exr").heights_m, stats(folder.path())["details"]["heights_by"].clone())
+    };
+    pebbles(0.003, 0.9);
+    let ((planned, by), (in_f64, _)) = (lit("--backend cpu"), lit("--precision f64"));
+    assert_eq!(by, "plan");
+    let error = relative_rms(&planned, &in_f64);
+    assert!(error < 2e-5, "{error}");
+    pebbles(0.003, 0.901);
+    let error = relative_rms(&lit("--backend cpu").0, &in_f64);
+    assert!(error > 2e-4, "a thousandth of a second went unnoticed: {error}");
+    pebbles(1.0, 0.9);
+    run("--backend cpu").failed(&["above the floor"]);
+    fs::write(folder.path().join("pebbles.json"), "{}").expect("written");
+    assert_eq!(lit("--backend cpu").1, "host");
+}
+
 /// The paper's frame buffers: fewer bits, more error, and the statistics say how much and of what.
 #[test]
 fn precision_has_a_price() {
