@@ -109,13 +109,6 @@ impl Window {
         [0, 1].map(|k| self.low[k] + self.size[k] as i64 - 1)
     }
 
-    /// The smallest window around this one and another.
-    pub(crate) fn with(&self, other: Self) -> Self {
-        let low = [0, 1].map(|k| self.low[k].min(other.low[k]));
-        let high = [0, 1].map(|k| self.high()[k].max(other.high()[k]));
-        Self { low, size: [0, 1].map(|k| (high[k] - low[k] + 1) as usize) }
-    }
-
     /// The index of an offset, if it is covered.
     pub(crate) fn index(&self, offset: [i64; 2]) -> Option<usize> {
         let [x, y] = [offset[0] - self.low[0], offset[1] - self.low[1]];

@@ -95,6 +95,17 @@ impl<T: Sample> LobeSum<T> {
         self.terms.as_ref()
     }
 
+    /// The terms themselves.
+    ///
+    /// # Errors
+    /// The method, if its lobe is splatted.
+    pub fn into_terms(self) -> Result<LowRank<T>, Box<Self>> {
+        match self.terms {
+            Some(terms) => Ok(terms),
+            None => Err(Box::new(self)),
+        }
+    }
+
     /// The light on the floor below `surface`, and how many of its samples have a state that terms were not made for and were given the
     /// nearest; none where the lobe is splatted.
     ///

@@ -239,7 +239,8 @@ fn terms_of_other_light_go_into_a_prepared_plan() {
     };
     for outside in [Outside::Dark, Outside::Periodic] {
         let ((high, _), (low, low_pond)) = (lit(0.0, outside), lit(50.0, outside));
-        let room = Room { terms: low.report().terms.max(high.report().terms) + 3, states: 30_000 };
+        let room =
+            Room { terms: low.report().terms.max(high.report().terms) + 3, states: 30_000, offsets: 0 };
         let mut plan = high.plan(&PlanSettings { room, ..PlanSettings::default() }).unwrap();
         let mut cpu = started(&plan);
         let before = floor(&plan, &mut cpu, &surface);
@@ -262,6 +263,41 @@ fn terms_of_other_light_go_into_a_prepared_plan() {
     }
 }
 
+/// Kernels that are summed in space reach to other places under other light and in other water, and in fewer parts.
+#[test]
+fn kernels_in_space_may_reach_elsewhere() {
+    let surface = waves([32, 32], 0.004);
+    let terms = |tilt_deg: f64, scattering: f64, outside: Outside| {
+        let settings = LowRankSettings { convolve: Convolve::Spatial, ..LowRankSettings::default() };
+        let pond =
+            Pond { scattering, outside, light_direction: light_tilted_deg(tilt_deg), ..Pond::default() };
+        LowRank::<f32>::new(std::slice::from_ref(&surface), &pond, settings).unwrap()
+    };
+    let plan_with =
+        |of: &LowRank<f32>, room| of.plan(&PlanSettings { room, ..PlanSettings::default() }).unwrap();
+    for outside in [Outside::Dark, Outside::Periodic] {
+        let (wide, narrow, slanting) =
+            (terms(0.0, 3.0, outside), terms(0.0, 500.0, outside), terms(30.0, 500.0, outside));
+        let most = wide.report().terms.max(narrow.report().terms).max(slanting.report().terms);
+        let room = Room { terms: most, states: 30_000, offsets: 4096 };
+        for (first, second) in [(&wide, &narrow), (&narrow, &slanting), (&slanting, &narrow)] {
+            let mut plan = plan_with(first, room);
+            let mut cpu = started(&plan);
+            let before = floor(&plan, &mut cpu, &surface).light.irradiance;
+            second.refit(&mut plan, &mut cpu).unwrap();
+            let after = floor(&plan, &mut cpu, &surface).light.irradiance;
+            let own = plan_with(second, Room::default());
+            let expected = floor(&own, &mut started(&own), &surface).light.irradiance;
+            assert!(relative_rms(&after, &expected) < 1e-6, "{outside:?}");
+            assert!(relative_rms(&before, &expected) > 0.01, "{outside:?}: the same floor");
+        }
+        let mut plan = plan_with(&narrow, Room { offsets: 0, ..room });
+        let mut cpu = started(&plan);
+        let refused = wide.refit(&mut plan, &mut cpu).unwrap_err().to_string();
+        assert!(refused.contains("the offsets of their kernels"), "{refused}");
+    }
+}
+
 /// What there is no room for is said, and leaves the plan as it was.
 #[test]
 fn terms_without_room_leave_the_plan_alone() {
@@ -280,7 +316,7 @@ fn terms_without_room_leave_the_plan_alone() {
     assert!(matches!(refused, PondError::Room { what: "terms", .. }), "{refused}");
     assert!(refused.to_string().contains("make it anew"), "{refused}");
     assert_eq!(floor(&plan, &mut cpu, &surface).light.irradiance, before);
-    let mut plan = plan_with(Room { terms: 40, states: 0 });
+    let mut plan = plan_with(Room { terms: 40, ..Room::default() });
     let mut cpu = started(&plan);
     let refused = many.refit(&mut plan, &mut cpu).unwrap_err();
     assert!(matches!(refused, PondError::Room { what: "states of their table", .. }), "{refused}");

@@ -1,23 +1,24 @@
 //! Steps from terms to the light on the floor.
 
-use frame_plan::{Resource, ResourceId, Step};
+use frame_plan::{ParamsId, Resource, ResourceId, Step};
 
 use super::spectra::{Padding, SPECTRAL_PASSES, pair_spectra};
 use super::{Builder, pass};
 use crate::convolve::{Convolve, Part, Sample, TermSum, Window, spatial_is_cheaper};
 use crate::error::PondError;
 use crate::passes::pond_convolve::PondConvolve;
-use crate::passes::{groups_of_grid, periodic};
+use crate::passes::{PondGrid, groups_of_grid, periodic};
 use crate::pond::Outside;
 
 /// Rounds of an invocation's loops: drivers end those with 65,536 in silence.
 const MOST_ROUNDS: usize = 1 << 14;
 
 impl Builder {
-    /// The sum of all terms' convolutions.
+    /// The sum of all terms' convolutions; in space with room for kernels of so many `offsets`.
     pub(super) fn convolve<T: Sample>(
         &mut self,
         terms: &TermSum<T>,
+        offsets: usize,
         images: ResourceId,
         irradiance: ResourceId,
     ) -> Kernels {
@@ -33,7 +34,7 @@ impl Builder {
             for pass in SPECTRAL_PASSES {
                 self.decide(pass, false, "kernels are small enough for sums in space");
             }
-            self.convolve_in_space(terms, images, irradiance)
+            self.convolve_in_space(terms, offsets, images, irradiance)
         } else {
             self.decide("pond_convolve", false, "kernels are too large for sums in space");
             self.convolve_spectra(terms, padding, images, irradiance)
@@ -43,26 +44,16 @@ impl Builder {
     fn convolve_in_space<T: Sample>(
         &mut self,
         terms: &TermSum<T>,
+        offsets: usize,
         images: ResourceId,
         irradiance: ResourceId,
     ) -> Kernels {
         let count = terms.kernels.len();
-        let kernels = kernels_in(terms.window, terms, count);
+        let offsets = offsets.max(terms.window.len());
+        let mut kernels = kernel_values(terms);
+        kernels.resize(offsets * count, 0.0);
         let kernels = self.plan.add_resource(Resource::buffer_with("kernels", &kernels));
-        let blocks: Vec<PondConvolve> = parts(terms.window, count)
-            .into_iter()
-            .map(|part| PondConvolve {
-                grid: self.grid,
-                low: terms.window.low.map(|low| low as i32),
-                window: terms.window.size.map(|side| side as u32),
-                first: part.first.map(|at| at as u32),
-                count: part.count.map(|count| count as u32),
-                terms: count as u32,
-                periodic: periodic(terms.outside),
-                reserved0: 0,
-                reserved1: 0,
-            })
-            .collect();
+        let blocks = blocks(self.grid, terms, count);
         let params = self.plan.add_params_per_iteration("pond_convolve", &blocks);
         let step = Step::Dispatch {
             pass: pass("pond_convolve", Some(params), &[images, kernels, irradiance]),
@@ -76,8 +67,25 @@ impl Builder {
             true,
             format!("{count} kernels of {width} x {height} offsets, in space"),
         );
-        Kernels::InSpace { buffer: kernels, window: terms.window }
+        Kernels::InSpace { buffer: kernels, params, grid: self.grid, offsets, parts: blocks.len() }
     }
+}
+
+/// The parameters of all parts of a sum in space, for `count` terms with those that are only room.
+fn blocks<T: Sample>(grid: PondGrid, terms: &TermSum<T>, count: usize) -> Vec<PondConvolve> {
+    let window = terms.window;
+    let block = |part: Part| PondConvolve {
+        grid,
+        low: window.low.map(|low| low as i32),
+        window: window.size.map(|side| side as u32),
+        first: part.first.map(|at| at as u32),
+        count: part.count.map(|count| count as u32),
+        terms: count as u32,
+        periodic: periodic(terms.outside),
+        reserved0: 0,
+        reserved1: 0,
+    };
+    parts(window, count).into_iter().map(block).collect()
 }
 
 /// Where a plan has its kernels.
@@ -85,10 +93,13 @@ impl Builder {
 pub(super) enum Kernels {
     /// Values at all offsets of a window, kernel after kernel.
     InSpace {
-        /// Where they are.
+        /// Where they are, and the parameters that say which offsets they cover.
         buffer: ResourceId,
-        /// What they cover.
-        window: Window,
+        params: ParamsId,
+        grid: PondGrid,
+        /// Room: offsets of a kernel, and parts that they are summed in.
+        offsets: usize,
+        parts: usize,
     },
     /// Spectra of pairs.
     Spectra {
@@ -99,24 +110,32 @@ pub(super) enum Kernels {
     },
 }
 
+/// What buffers and parameters hold for other terms.
+pub(super) struct Filled {
+    pub(super) buffers: Vec<(ResourceId, Vec<u8>)>,
+    pub(super) params: Option<(ParamsId, Vec<u8>)>,
+}
+
 impl Kernels {
-    /// What the buffers hold for other terms, with nothing in what is only room up to `count` terms.
+    /// What there is to be written for other terms, with nothing in what is only room up to `count` terms.
     ///
     /// # Errors
     /// Offsets that there is no room for.
-    pub(super) fn filled<T: Sample>(
-        &self,
-        terms: &TermSum<T>,
-        count: usize,
-    ) -> Result<Vec<(ResourceId, Vec<u8>)>, PondError> {
+    pub(super) fn filled<T: Sample>(&self, terms: &TermSum<T>, count: usize) -> Result<Filled, PondError> {
         let room = |what, got, max| if got > max { Err(PondError::Room { what, got, max }) } else { Ok(()) };
         match self {
-            Self::InSpace { buffer, window } => {
-                let folded = terms.folded_onto(*window);
+            Self::InSpace { buffer, params, grid, offsets, parts } => {
+                let folded = terms.folded();
                 let terms = folded.as_ref().unwrap_or(terms);
-                room("offsets of their kernels", window.with(terms.window).len(), window.len())?;
-                let values = kernels_in(*window, terms, count);
-                Ok(vec![(*buffer, bytemuck::cast_slice(&values).to_vec())])
+                room("offsets of their kernels", terms.window.len(), *offsets)?;
+                let mut blocks = blocks(*grid, terms, count);
+                room("parts of their kernels", blocks.len(), *parts)?;
+                // Those that are left over are parts behind the first, and have no lines.
+                blocks.resize(*parts, PondConvolve { first: [1, 0], count: [1, 0], ..blocks[0] });
+                let mut values = kernel_values(terms);
+                values.resize(terms.window.len() * count, 0.0);
+                let buffers = vec![(*buffer, bytemuck::cast_slice(&values).to_vec())];
+                Ok(Filled { buffers, params: Some((*params, bytemuck::cast_slice(&blocks).to_vec())) })
             }
             Self::Spectra { buffers, padding } => {
                 let needed = Padding::new(terms.size, terms.outside, terms.window);
@@ -127,35 +146,23 @@ impl Kernels {
                     let spectra = pair_spectra(terms, *padding, first, pairs);
                     (buffer, bytemuck::cast_slice(&spectra).to_vec())
                 };
-                Ok(buffers.iter().map(bytes).collect())
+                Ok(Filled { buffers: buffers.iter().map(bytes).collect(), params: None })
             }
         }
     }
 }
 
-/// Values of `count` kernels at the offsets of a window, which covers their own; those that there are not are 0.
-fn kernels_in<T: Sample>(window: Window, terms: &TermSum<T>, count: usize) -> Vec<f32> {
-    let mut values = vec![0.0; window.len() * count];
-    for (kernel, values) in terms.kernels.iter().zip(values.chunks_mut(window.len())) {
-        for (index, value) in kernel.iter().enumerate() {
-            let at = window.index(terms.window.offset(index)).expect("the window covers them");
-            values[at] = value.widened() as f32;
-        }
-    }
-    values
+/// The values of all kernels, one after the other.
+fn kernel_values<T: Sample>(terms: &TermSum<T>) -> Vec<f32> {
+    terms.kernels.iter().flatten().map(|value| value.widened() as f32).collect()
 }
 
 impl<T: Sample> TermSum<T> {
     /// Kernels of a periodic pond that are larger than it, with all copies on one tile; none where they are not.
     fn folded(&self) -> Option<Self> {
         let larger = (0..2).any(|k| self.window.size[k] > self.size[k]);
-        if larger { self.folded_onto(self.tile()) } else { None }
-    }
-
-    /// Kernels of a periodic pond with all copies on one tile, if that is the window.
-    fn folded_onto(&self, window: Window) -> Option<Self> {
-        let tile = self.tile();
-        if self.outside == Outside::Dark || window != tile {
+        let tile = Window { low: [0, 0], size: self.size };
+        if self.outside == Outside::Dark || !larger {
             return None;
         }
         let fold = |kernel: &Vec<T>| {
@@ -169,10 +176,6 @@ impl<T: Sample> TermSum<T> {
         };
         let kernels = self.kernels.iter().map(fold).collect();
         Some(Self::new(self.size, self.outside, tile, kernels, Convolve::Spatial).asked_for(self.convolve))
-    }
-
-    fn tile(&self) -> Window {
-        Window { low: [0, 0], size: self.size }
     }
 }
 

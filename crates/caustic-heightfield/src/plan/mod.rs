@@ -64,13 +64,16 @@ pub struct PlanSettings {
     pub room: Room,
 }
 
-/// What low-rank terms of other light may take. All of the room is convolved in every frame, used or not.
+/// What low-rank terms of other light may take. All terms that there is room for are convolved in every frame, used or not; the rest of the
+/// room takes no time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Room {
     /// Terms; a plan has at least those it is made with.
     pub terms: usize,
     /// States in the table of their coefficients, likewise.
     pub states: usize,
+    /// Offsets of a kernel that is summed in space, likewise.
+    pub offsets: usize,
 }
 
 /// What a plan needs to know of a method.
@@ -150,7 +153,7 @@ impl PondPlan {
             builder.terms(method, terms.kernels.len(), settings.room.states, [heights, beams, report]);
         let irradiance =
             builder.plan.add_resource(Resource::buffer("irradiance", 4 * samples as u64).readable());
-        let kernels = builder.convolve(terms, images, irradiance);
+        let kernels = builder.convolve(terms, settings.room.offsets, images, irradiance);
         let picture = settings.picture.then(|| builder.picture(irradiance));
         let ids = Ids {
             heights,

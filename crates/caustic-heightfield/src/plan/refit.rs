@@ -70,8 +70,11 @@ impl PondPlan {
         room("states of their table", states, bytes / size_of::<f32>() / self.terms)?;
         let kernels = self.kernels.filled(method.terms, self.terms)?;
 
-        for (buffer, bytes) in kernels {
+        for (buffer, bytes) in kernels.buffers {
             executor.write_buffer(buffer, 0, &bytes)?;
+        }
+        if let Some((params, bytes)) = kernels.params {
+            executor.set_params(params, &bytes)?;
         }
         executor.write_buffer(buffer, 0, bytemuck::cast_slice(&table_values(table, self.terms)))?;
         let samples = self.size.iter().product();

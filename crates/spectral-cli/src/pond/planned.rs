@@ -58,7 +58,8 @@ impl MethodArgs {
     }
 
     fn prepared(&self, plan: PondPlan, mut details: Value) -> Result<Prepared, CliError> {
-        let is_kept = plan.plan.decisions.iter().any(|decision| decision.pass == "pond_heights" && decision.kept);
+        let is_kept =
+            plan.plan.decisions.iter().any(|decision| decision.pass == "pond_heights" && decision.kept);
         details["heights_by"] = json!(if is_kept { "plan" } else { "host" });
         let mut executor = self.executor(&PONDS, &mut details)?;
         executor.prepare(&plan.plan).map_err(CliError::failed)?;

@@ -114,12 +114,13 @@ impl Beside {
             (false, before) => match fit::method(job).map_err(|error| error.to_string())? {
                 Method::Host(floors, fit) => Ready::Host { floors, fit },
                 Method::Plan(planned) => {
-                    let mut executor = match before {
-                        Some((_, Ready::Plan { executor, .. })) => executor,
-                        _ => (self.openers.ponds)()?,
+                    let (running, mut executor) = match before {
+                        Some((_, Ready::Plan { planned, executor })) => (Some(planned.plan), executor),
+                        _ => (None, (self.openers.ponds)()?),
                     };
-                    executor.prepare(&planned.plan.plan).map_err(|error| error.to_string())?;
-                    Ready::Plan { planned, executor }
+                    let started = planned.start(running, executor.as_mut());
+                    let (planned, _) = started.map_err(|error| error.to_string())?;
+                    Ready::Plan { planned: Box::new(planned), executor }
                 }
             },
         };
@@ -137,7 +138,7 @@ impl Ready {
     fn floor(&mut self, job: &FloorJob) -> Result<Made, PondError> {
         match self {
             Self::Plan { planned, executor } => {
-                let Planned { plan, fit } = planned.as_mut();
+                let Planned { plan, fit, .. } = planned.as_mut();
                 let executor = executor.as_mut();
                 let Waves { impulses, time_s } = &job.waves;
                 plan.write_light(executor, &job.pond)?;

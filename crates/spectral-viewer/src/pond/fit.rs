@@ -1,9 +1,10 @@
 //! What a method is made for, and when it has to be made anew.
 
 use caustic_heightfield::{
-    HeightField, HeightSource, Impulse, LowRank, LowRankSettings, PlanSettings, PondError, PondPlan,
+    HeightField, HeightSource, Impulse, LowRank, LowRankSettings, PlanSettings, PondError, PondPlan, Room,
     impulse_heights,
 };
+use frame_plan::Executor;
 use spectral_cli::{Floors, PondMethod};
 
 use super::choices::Choices;
@@ -21,7 +22,38 @@ pub(super) struct Planned {
     pub(super) plan: PondPlan,
     /// What it was fitted with, in a sentence.
     pub(super) fit: String,
+    /// The terms, for a plan that is there already; none of the paper's method, which is fitted to nothing.
+    terms: Option<LowRank<f32>>,
 }
+
+impl Planned {
+    /// Have `executor` run it: by numbers alone where `running`, which it runs so far, has room for the terms. Whether the plan is still that
+    /// one, or one that was prepared.
+    ///
+    /// # Errors
+    /// Those of the executor.
+    pub(super) fn start(
+        self,
+        running: Option<PondPlan>,
+        executor: &mut dyn Executor,
+    ) -> Result<(Self, bool), PondError> {
+        if let (Some(terms), Some(mut plan)) = (&self.terms, running) {
+            match terms.refit(&mut plan, executor) {
+                Ok(()) => return Ok((Self { plan, ..self }, true)),
+                Err(
+                    PondError::Room { .. } | PondError::OtherKernels { .. } | PondError::OtherGrid { .. },
+                ) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        executor.prepare(&self.plan.plan)?;
+        Ok((self, false))
+    }
+}
+
+/// Room for states and offsets of other light, which is memory and no time.
+const STATES: usize = 1 << 16;
+const OFFSETS: usize = 1 << 12;
 
 /// What is asked of terms that do not reach what they were to, by what they reached: it depends a little on what is asked.
 const WITH_ROOM: f64 = 1.1;
@@ -94,9 +126,9 @@ pub(super) fn method(job: &FloorJob) -> Result<Method, PondError> {
         return plan(job).map(Method::of);
     }
     let lobe = choice.lobe_sum::<f32>(&examples(job)?, &job.pond)?;
-    match lobe.terms() {
-        Some(terms) => of_terms(terms, job).map(Method::of),
-        None => Ok(Method::Host(lobe.into(), "splatted, lobe by lobe: no plan".into())),
+    match lobe.into_terms() {
+        Ok(terms) => of_terms(terms, job).map(Method::of),
+        Err(lobe) => Ok(Method::Host((*lobe).into(), "splatted, lobe by lobe: no plan".into())),
     }
 }
 
@@ -107,8 +139,8 @@ pub(super) fn method(job: &FloorJob) -> Result<Method, PondError> {
 pub(super) fn plan(job: &FloorJob) -> Result<Planned, PondError> {
     let (choice, pond) = (&job.choices.floor, &job.pond);
     if choice.method == PondMethod::Convolution {
-        let plan = choice.convolution::<f32>(&job.surface()?, pond)?.plan(&settings(job))?;
-        return Ok(Planned { plan, fit: "the paper's three terms".into() });
+        let plan = choice.convolution::<f32>(&job.surface()?, pond)?.plan(&settings(job, Room::default()))?;
+        return Ok(Planned { plan, fit: "the paper's three terms".into(), terms: None });
     }
     let examples = examples(job)?;
     let mut settings = LowRankSettings::default();
@@ -121,26 +153,38 @@ pub(super) fn plan(job: &FloorJob) -> Result<Planned, PondError> {
             terms => break terms?,
         }
     };
-    of_terms(&terms, job)
+    of_terms(terms, job)
 }
 
-fn of_terms(terms: &LowRank<f32>, job: &FloorJob) -> Result<Planned, PondError> {
+fn of_terms(terms: LowRank<f32>, job: &FloorJob) -> Result<Planned, PondError> {
     let report = terms.report();
     let fit = format!("{} terms for {:.2} % of such waves", report.terms, 100.0 * report.error);
-    Ok(Planned { plan: terms.plan(&settings(job))?, fit })
+    // For the next fits. Room for terms takes time in each frame, every other one next to none: they are transformed in pairs.
+    let room = Room { terms: (report.terms + 1).next_multiple_of(2), states: STATES, offsets: OFFSETS };
+    Ok(Planned { plan: terms.plan(&settings(job, room))?, fit, terms: Some(terms) })
 }
 
 /// Plans with heights of impulses, and a picture.
-fn settings(job: &FloorJob) -> PlanSettings {
+fn settings(job: &FloorJob, room: Room) -> PlanSettings {
     let heights = HeightSource::Impulses { capacity: job.basin.capacity, distance_levels: None };
-    PlanSettings { heights, picture: true, ..PlanSettings::default() }
+    PlanSettings { heights, picture: true, room, ..PlanSettings::default() }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use caustic_heightfield::{FloorGrid, exact, relative_rms};
+    use frame_plan::cpu::CpuExecutor;
+
+    use crate::pond::pebbles::Waves;
     use crate::pond::view::tests::view;
     use crate::subject::Subject;
+
+    impl Planned {
+        fn terms(&self) -> usize {
+            self.terms.as_ref().expect("low-rank").report().terms
+        }
+    }
 
     fn job_under(sun: [f64; 2]) -> FloorJob {
         let mut view = view("--map 64");
@@ -152,6 +196,43 @@ mod tests {
 
     fn terms(job: &FloorJob) -> Result<LowRank<f32>, PondError> {
         LowRank::new(&examples(job).expect("waves"), &job.pond, LowRankSettings::default())
+    }
+
+    /// A sun that moves a little: its terms go into the plan that runs, and nothing is made. One that moves far needs more than there is
+    /// room for.
+    #[test]
+    fn a_dragged_sun_is_numbers_in_the_plan_that_runs() {
+        let mut cpu = CpuExecutor::new(caustic_heightfield::PASSES, Some(2)).expect("a CPU");
+        let high = job_under([0.0, 0.0]);
+        let planned = plan(&high).expect("a plan");
+        let of_high = planned.terms();
+        let (running, kept) = planned.start(None, &mut cpu).expect("prepared");
+        assert!(!kept);
+        let made = cpu.made();
+        let near = job_under([0.1, 0.0]);
+        let (running, kept) =
+            plan(&near).expect("a plan").start(Some(running.plan), &mut cpu).expect("numbers");
+        assert!(kept && cpu.made() == made, "{} terms after {}", running.terms(), of_high);
+        let mut error = |job: &FloorJob| {
+            let Waves { impulses, time_s } = &job.waves;
+            let (ripple, walls) = (&job.basin.ripple, job.basin.walls);
+            running.plan.write_impulses(&mut cpu, ripple, impulses, walls, *time_s).expect("written");
+            cpu.execute().expect("a frame");
+            let surface = near.surface().expect("waves");
+            let expected = exact(&surface, &near.pond, FloorGrid::below(&surface)).expect("a floor");
+            let frame = running.plan.read(&mut cpu).expect("a floor");
+            relative_rms(&frame.light.irradiance, &expected.irradiance)
+        };
+        assert!(error(&near) < 0.015, "{}", error(&near));
+        // Control: another moment's waves.
+        let later = FloorJob {
+            waves: Waves { time_s: near.waves.time_s + 0.1, ..near.waves.clone() },
+            ..near.clone()
+        };
+        assert!(error(&later) > 0.02, "{}", error(&later));
+        let low = job_under([-5.0, 0.0]);
+        let (_, kept) = plan(&low).expect("a plan").start(Some(running.plan), &mut cpu).expect("prepared");
+        assert!(!kept && cpu.made() != made);
     }
 
     #[test]

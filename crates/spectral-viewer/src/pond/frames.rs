@@ -1,8 +1,7 @@
 //! Floors inside the window's frames: impulses, light and time are written, and nothing else.
 
 use asm_wgpu::{WgpuExecutor, wgpu};
-use caustic_heightfield::PASSES;
-use frame_plan::Executor;
+use caustic_heightfield::{PASSES, PondError};
 
 use super::fit::{self, MadeFor, Planned};
 use super::job::{FloorFacts, FloorJob};
@@ -21,6 +20,8 @@ struct Running {
     made_for: MadeFor,
     /// Share of states unlike those that it was fitted to, a frame late.
     outside: f64,
+    /// Frames recorded since it was fitted: the first ones bring counts of those before.
+    frames: u32,
 }
 
 /// Why there is no plan for a job; it is not tried again for the like.
@@ -65,15 +66,16 @@ impl Frames {
     fn refit(&mut self, job: &FloorJob) -> Result<(), String> {
         match (self.fitter.finished(), self.asked.take()) {
             (Some(Ok(planned)), Some(asked)) => {
-                self.executor.prepare(&planned.plan.plan).map_err(|error| error.to_string())?;
-                planned.plan.watch_states(&mut self.executor).map_err(|error| error.to_string())?;
-                self.running = Some(Running { planned, made_for: MadeFor::of(&asked), outside: 0.0 });
+                let made_for = MadeFor::of(&asked);
+                self.run(planned, made_for).map_err(|error| error.to_string())?;
                 self.refused = None;
             }
             (Some(Err(reason)), Some(asked)) => self.refused = Some(Refused::new(&asked, reason)),
             (_, asked) => self.asked = asked,
         }
-        if let Some(Running { planned: Planned { plan, .. }, outside, .. }) = &mut self.running {
+        if let Some(Running { planned: Planned { plan, .. }, outside, frames, .. }) = &mut self.running
+            && *frames > COUNTED_AFTER
+        {
             let states: f64 = job.samples().iter().product::<usize>() as f64;
             *outside = plan.latest_outside_states(&mut self.executor).map_or(*outside, |n| n as f64 / states);
         }
@@ -87,6 +89,19 @@ impl Frames {
             self.fitter.begin(job.clone());
             self.asked = Some(job.clone());
         }
+        Ok(())
+    }
+
+    /// Go on with what was fitted: by numbers alone where the plan that runs has room for it, by a plan of its own where not.
+    fn run(&mut self, planned: Planned, made_for: MadeFor) -> Result<(), PondError> {
+        let running = self.running.take().map(|running| running.planned.plan);
+        let (planned, is_watched) = planned.start(running, &mut self.executor)?;
+        if !is_watched {
+            planned.plan.watch_states(&mut self.executor)?;
+        }
+        self.running = Some(Running { planned, made_for, outside: 0.0, frames: 0 });
+        // What is shown is to be recorded and counted anew.
+        self.last = None;
         Ok(())
     }
 
@@ -118,9 +133,10 @@ impl Inside<FloorJob> for Frames {
     fn record(&mut self, job: &FloorJob, encoder: &mut wgpu::CommandEncoder) -> Result<Recorded, String> {
         self.refit(job)?;
         let is_right = self.is_right_for(job);
-        let Some(Running { planned: Planned { plan, .. }, .. }) = &mut self.running else {
+        let Some(Running { planned: Planned { plan, .. }, frames, .. }) = &mut self.running else {
             return Ok(Recorded::Nothing);
         };
+        *frames = frames.saturating_add(1);
         let Waves { impulses, time_s } = &job.waves;
         let basin = &job.basin;
         let executor = &mut self.executor;
@@ -141,7 +157,7 @@ impl Inside<FloorJob> for Frames {
     }
 
     fn report(&mut self) -> Report<FloorFacts> {
-        let Some(Running { planned: Planned { plan, fit }, outside, .. }) = &self.running else {
+        let Some(Running { planned: Planned { plan, fit, .. }, outside, .. }) = &self.running else {
             return Report::default();
         };
         let facts = FloorFacts { fit: fit.clone(), outside: *outside };
