@@ -246,7 +246,7 @@ fn impulses_are_the_same_waves_on_every_executor() {
         ("hours later", &[impulse(0.4, 0.6, 10_000.0, 0.003)], 10_000.9),
         ("thousands", &thousands, 1.0),
     ];
-    let (size, pond) = ([50, 41], pond(0.0, 30.0));
+    let (size, pond) = ([30, 25], pond(0.0, 30.0));
     let method = convolution(size, &pond, Default::default());
     for levels in [None, Some(256)] {
         let heights = HeightSource::Impulses { capacity: 15_000, distance_levels: levels };

@@ -49,10 +49,7 @@ fn few_terms_reach_the_error_asked_for() {
     let gentle = |tilt, scattering, percent, tenth| (GENTLE_M, tilt, scattering, percent, tenth);
     let cases = [
         gentle(0.0, 50.0, 4, 7),
-        gentle(60.0, 50.0, 5, 8),
-        gentle(0.0, 200.0, 6, 11),
         gentle(60.0, 200.0, 9, 15),
-        steep(0.0, 50.0, 6, 13),
         steep(60.0, 50.0, 10, 18),
         steep(20.0, 200.0, 14, 26),
     ];
@@ -124,7 +121,7 @@ fn level_water_is_exact() {
 #[test]
 fn terms_follow_form_and_surroundings() {
     for (form, outside) in [(Form::Paper, Outside::Dark), (Form::Physical, Outside::Periodic)] {
-        for size in [[45, 64], [1, 1], [1, 9]] {
+        for size in [[27, 40], [1, 1], [1, 9]] {
             // Samples of 2 cm, whatever their number: a lobe must span some.
             let surface =
                 HeightField { extent_m: size.map(|n| 0.02 * n as f64), ..waves(size, GENTLE_M, 0.2) };

@@ -228,10 +228,10 @@ fn dispersion_is_computed_where_it_shows() {
     let (coarse, stats) = run("--size 48");
     assert!(coarse.stderr.is_empty() && stats["dispersion"]["on"] == false, "{} {stats}", coarse.stderr);
     assert!(stats["dispersion"]["bands"].is_null());
-    let (fine, stats) = run("--size 400");
+    let (fine, stats) = run("--size 256");
     assert!(fine.stderr.contains("texels apart") && fine.stderr.contains("7 wavelengths"), "{}", fine.stderr);
     assert_eq!(stats["dispersion"]["bands"]["wavelengths_nm"].as_array().map(Vec::len), Some(7));
-    let (quiet, stats) = run("--size 400 --dispersion off");
+    let (quiet, stats) = run("--size 256 --dispersion off");
     assert!(quiet.stderr.is_empty() && stats["dispersion"]["spread"]["visible"] == true, "{}", quiet.stderr);
 
     let channels = |options: &str| -> Vec<String> {
