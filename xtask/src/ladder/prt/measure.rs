@@ -99,15 +99,16 @@ impl Climber {
         relighting: &Relighting,
         plan: &Plan,
     ) -> Result<Outcome, Problem> {
-        let error = self.prt_error(course, made, colours, relighting, plan, None)?;
+        let xyz = self.prt_frame(course, made, colours, relighting, plan, None)?;
+        let error = course.distance(&xyz);
         let frame = self.time(plan)?;
         let steps = self.ask(|executor| Ok::<_, RelightingError>(executor.step_times()))?;
         let ms = |pass: &str| steps.iter().find(|step| step.name == pass).map(|step| step.milliseconds);
         Ok(Outcome { error, frame, vertex_ms: ms("prt_vertex"), shade_ms: ms("prt_shade") })
     }
 
-    /// Distance from the reference of a frame by `plan`, or why there is nothing to compare.
-    pub(super) fn prt_error(
+    /// A frame by `plan`, XYZ, or why there is nothing to compare.
+    pub(super) fn prt_frame(
         &mut self,
         course: &Course,
         made: &Made,
@@ -115,14 +116,14 @@ impl Climber {
         relighting: &Relighting,
         plan: &Plan,
         fault: Option<Fault>,
-    ) -> Result<ColourDistance, Problem> {
+    ) -> Result<Vec<[f32; 3]>, Problem> {
         let lit = course.lit(made.rung.bands);
         let xyz = self.ask(|executor| -> Result<_, RelightingError> {
             executor.prepare(plan)?;
             course.stage.frame(relighting, executor, colours, lit, fault)
         })?;
         something_to_compare(&xyz).map_err(Problem::Failed)?;
-        Ok(ColourDistance::of(&xyz, &course.truth, &course.reference))
+        Ok(xyz)
     }
 
     /// Another round of a rung that has a price.

@@ -16,7 +16,7 @@ use serde::Serialize;
 use spectral_prt::{Bands, Transfer};
 use xtask::executor_entry::Status;
 use xtask::executors::PRT_EXECUTORS;
-use xtask::prt::{Colours, Lit, PrtSubject, Reference, Stage, Way};
+use xtask::prt::{ColourDistance, Colours, Lit, PrtSubject, Reference, Stage, Way};
 
 use super::front::{Halving, Price, front};
 use super::measure::{Climber, Problem};
@@ -110,6 +110,11 @@ impl Course {
         let factor = reference.exposure();
         let truth = reference.xyz(&stage.paints(subject.lamps[0], None), factor);
         Ok(Self { stage, reference, truth, factor })
+    }
+
+    /// Of a frame from the truth.
+    fn distance(&self, xyz: &[[f32; 3]]) -> ColourDistance {
+        ColourDistance::of(xyz, &self.truth, &self.reference)
     }
 
     fn lit(&self, bands: Bands) -> Lit {
