@@ -1,11 +1,11 @@
-// What glossy surfaces send to the camera of each light coefficient: sum_i G_i L_ij of `gloss.rs`, times pi as irradiance is a
-// matt surface's radiance times pi. Host side: `passes/prt_gloss.rs`.
+// What glossy surfaces send to the camera of each light coefficient: sum_i G_qi L_ij of `gloss.rs`, times pi as irradiance is a
+// matt surface's radiance times pi. A function q of the wavelength for each group in z. Host side: `passes/prt_gloss.rs`.
 //
 // points       position and normal of every vertex of the scene
-// matrices     lower triangles, row by row, of the vertices that shine; neighbours in memory are vertices
+// matrices     function q, row i, column j, vertex that shines; neighbours in memory are vertices
 // lobes        of each lobe a factor per degree of harmonics, times pi
 // light        L_jk in blocks of four spectral coefficients j: block, harmonic k
-// irradiance   vertex, block; of every vertex the last blocks are these
+// irradiance   vertex, block; of every vertex the last blocks are these, function after function
 
 struct PrtGloss {
     vertices: u32,
@@ -36,12 +36,16 @@ const MATT: u32 = 0xffffffffu;
 @group(0) @binding(6) var<storage, read_write> irradiance: array<vec4<f32>>;
 
 @compute @workgroup_size(64, 1, 1)
-fn prt_gloss(@builtin(global_invocation_id) id: vec3<u32>) {
+fn prt_gloss(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(num_workgroups) groups: vec3<u32>,
+) {
     let vertex = id.y * params.groups_per_row * 64u + id.x;
     if vertex >= params.vertices {
         return;
     }
     let count = params.bands * params.bands;
+    let function_blocks = params.vertex_blocks - (groups.z - id.z) * params.blocks;
     var transfer: array<f32, 25>;
     let at = points[vertex];
     let ray = view_ray_through(views[params.camera_view], at.position);
@@ -54,19 +58,17 @@ fn prt_gloss(@builtin(global_invocation_id) id: vec3<u32>) {
                 lobe[k] *= factor;
             }
         }
-        var entry = at.row;
+        var entry = id.z * count * count * params.rows + at.row;
         for (var i = 0u; i < count; i++) {
-            for (var j = 0u; j < i; j++) {
-                let product = matrices[entry];
-                transfer[i] += product * lobe[j];
-                transfer[j] += product * lobe[i];
+            var sum = 0.0;
+            for (var j = 0u; j < count; j++) {
+                sum += matrices[entry] * lobe[j];
                 entry += params.rows;
             }
-            transfer[i] += matrices[entry] * lobe[i];
-            entry += params.rows;
+            transfer[i] = sum;
         }
     }
-    let target_block = (vertex + 1u) * params.vertex_blocks - params.blocks;
+    let target_block = vertex * params.vertex_blocks + function_blocks;
     for (var block = 0u; block < params.blocks; block++) {
         var sum = vec4<f32>(0.0);
         for (var k = 0u; k < count; k++) {

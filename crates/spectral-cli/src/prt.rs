@@ -48,7 +48,7 @@ pub(crate) struct PrtArgs {
     /// Reflections between surfaces.
     #[arg(long, value_name = "K", default_value_t = 0, value_parser = clap::value_parser!(u32).range(0..=256), allow_negative_numbers = true, conflicts_with = "figure")]
     bounces: u32,
-    /// Let objects shine: a lobe about the mirrored view, over what the sky sends there, as rough as glTF materials say, or all as rough as
+    /// Let objects shine: a lobe about the mirrored view, over what the sky and with --bounces other objects send there, as rough as glTF materials say, or all as rough as
     /// this, 0 to 1. Metals have nothing but the lobe, others lose to it what Fresnel reflects at normal incidence.
     #[arg(long, value_name = "ROUGHNESS|material", num_args = 0..=1, default_missing_value = "material", allow_negative_numbers = true, conflicts_with = "figure")]
     gloss: Option<Gloss>,

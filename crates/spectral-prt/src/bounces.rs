@@ -42,6 +42,8 @@ pub struct SpectralTransfer {
     pub(crate) vertices: Vec<usize>,
     /// Surface after surface, vertex after vertex, function after function.
     pub(crate) coefficients: Vec<f32>,
+    /// Likewise what leaves each vertex, times pi as irradiance is: reflections of all that arrives but of the last bounce.
+    leaving: Vec<f32>,
     last_bounce_share: f64,
 }
 
@@ -70,6 +72,17 @@ impl SpectralTransfer {
         let n = self.bands.coefficients() * self.functions.len();
         let first: usize = self.vertices[..surface].iter().sum();
         &self.coefficients[first * n..(first + self.vertices[surface]) * n]
+    }
+
+    /// What leaves a vertex, counted through all surfaces: for each function as many numbers as harmonics, times pi as irradiance is.
+    pub(crate) fn leaving(&self, vertex: usize) -> &[f32] {
+        let n = self.bands.coefficients() * self.functions.len();
+        &self.leaving[vertex * n..(vertex + 1) * n]
+    }
+
+    /// The coordinates of the constant 1: light as it came.
+    pub(crate) fn one(&self) -> Vec<f64> {
+        self.functions.iter().map(|g| g.iter().sum()).collect()
     }
 
     /// Transfer at one wavelength of the grid, vertex after vertex.
@@ -184,10 +197,12 @@ impl Bounces {
         let (n, q) = (bands.coefficients(), self.spectra.count());
         let mut arriving = std::mem::take(&mut self.arriving);
         let mut sum = arriving.clone();
+        let mut all_leaving = vec![0.0_f32; sum.len()];
         let chunks = self.work.chunks();
         progress(0.0);
         for bounce in 0..self.count {
             let leaving = reflected(&arriving, &self.work.vertices, &self.reflections, n);
+            all_leaving.iter_mut().zip(&leaving).for_each(|(all, more)| *all += *more as f32);
             let mut next = Vec::with_capacity(arriving.len());
             for chunk in 0..chunks {
                 let compute = || self.chunk(chunk, &leaving);
@@ -210,6 +225,7 @@ impl Bounces {
             functions: self.spectra.functions(),
             vertices: self.work.vertices,
             coefficients: sum.into_iter().map(|v| v as f32).collect(),
+            leaving: all_leaving,
             last_bounce_share,
         })
     }
@@ -291,14 +307,8 @@ fn gather(work: &Work, point: &Point, leaving: &[f64], weights: &mut [f64], out:
     }
     let mut met = Vec::new();
     for direction in Directions::new(work.settings.rays, point.stream).about(point.normal) {
-        let Some(hit) = work.occluders.nearest(point.origin, direction) else { continue };
-        let corners = hit.vertices.map(|v| v as usize);
-        let normal: glam::DVec3 =
-            corners.iter().zip(hit.weights).map(|(&v, w)| work.points[v].normal * w).sum();
-        if normal.dot(direction) >= 0.0 {
-            continue;
-        }
-        for (v, weight) in corners.into_iter().zip(hit.weights) {
+        let Some(seen) = work.seen(point.origin, direction) else { continue };
+        for (v, weight) in seen {
             if weights[v] == 0.0 {
                 met.push(v);
             }

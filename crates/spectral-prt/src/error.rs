@@ -138,6 +138,9 @@ pub enum PrtError {
         /// Surfaces there are.
         surfaces: usize,
     },
+    /// Gloss and interreflection of different scenes.
+    #[error("the transfer with bounces is of other surfaces or bands than the gloss")]
+    OtherBounces,
     /// The cache cannot be read or written.
     #[error("the cache {}: {error}", path.display())]
     Cache {

@@ -12,16 +12,20 @@
 //! harmonics of r (Sloan, Kautz & Snyder 2002, section 5). A product of two harmonics of degree l at most is a sum of
 //! harmonics of degree 2 l at most: with B bands of light the matrices follow from [`Transfer`] of 2 B - 1 bands, without another ray.
 
+use std::collections::BTreeMap;
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
 use rayon::prelude::*;
 
 use crate::bands::Bands;
+use crate::bounces::SpectralTransfer;
 use crate::cosine_power::legendre_integrals;
 use crate::error::PrtError;
+use crate::hemisphere::Directions;
 use crate::sh;
-use crate::transfer::Transfer;
+use crate::surface::Surface;
+use crate::transfer::{CHUNK_VERTICES, Transfer, TransferSettings, Work};
 
 /// Sharper than any that ten bands can tell from a mirror.
 const MAX_EXPONENT: f64 = 1e6;
@@ -88,20 +92,23 @@ impl PhongLobe {
 
 /// Transfer of the vertices of surfaces that shine, for any lobe about any direction.
 ///
-/// A vertex has the symmetric matrix of the integrals of V(omega) max(n . omega, 0) Y_i Y_j.
+/// A vertex has a matrix of the integrals of max(n . omega, 0) Y_j times what comes from omega of light in the harmonic i: V(omega) Y_i,
+/// and, [with bounces](GlossTransfer::with_bounces), what matt surfaces send from there, which has a colour. Then there is one matrix for
+/// each function of the wavelength that [`SpectralTransfer`] has.
 #[derive(Clone, Debug, PartialEq)]
 pub struct GlossTransfer {
     bands: Bands,
+    functions: usize,
     /// Vertices of each surface.
     vertices: Vec<usize>,
     /// Of each surface, if it shines.
     lobes: Vec<Option<PhongLobe>>,
-    /// Of the surfaces that shine, vertex after vertex the lower triangles of their matrices, row by row.
+    /// Of the surfaces that shine, vertex after vertex, function after function, row i after row.
     pub(crate) matrices: Vec<f32>,
 }
 
 impl GlossTransfer {
-    /// The matrices for `bands` of light, of the surfaces that have a lobe.
+    /// The matrices for `bands` of light from the sky, of the surfaces that have a lobe. Other surfaces are black in them.
     ///
     /// # Errors
     /// [`PrtError::GlossBands`] if `transfer` has fewer than 2 `bands` - 1; [`PrtError::Lobes`] if there is not one entry of `lobes` for
@@ -124,12 +131,68 @@ impl GlossTransfer {
                 vertices.flat_map_iter(|t| products.matrix(t)).collect::<Vec<f32>>()
             })
             .collect();
-        Ok(Self { bands, vertices: transfer.vertices.clone(), lobes: lobes.to_vec(), matrices })
+        let vertices = transfer.vertices.clone();
+        Ok(Self { bands, functions: 1, vertices, lobes: lobes.to_vec(), matrices })
+    }
+
+    /// And what matt surfaces send, lit by the sky and by each other: `bounced` has as many reflections as are seen. It is found by `rays`
+    /// per vertex that shines; the result does not depend on the number of threads. `progress` hears shares of the work, 0 to 1, in order.
+    ///
+    /// # Errors
+    /// [`PrtError::Rays`]; [`PrtError::OtherBounces`] for transfer of other surfaces or bands.
+    ///
+    /// # Panics
+    /// If it has bounces already.
+    pub fn with_bounces(
+        self,
+        surfaces: &[Surface],
+        bounced: &SpectralTransfer,
+        rays: u32,
+        progress: &mut dyn FnMut(f64),
+    ) -> Result<Self, PrtError> {
+        assert_eq!(self.functions, 1, "gloss that has bounces already");
+        let settings = TransferSettings { bands: self.bands, rays };
+        settings.check()?;
+        let work = Work::new(surfaces, settings);
+        if work.vertices != self.vertices
+            || bounced.vertices != self.vertices
+            || bounced.bands() != self.bands
+        {
+            return Err(PrtError::OtherBounces);
+        }
+        let one = bounced.one();
+        let (n, q) = (self.bands.coefficients(), one.len());
+        let mut shining = Vec::new();
+        let mut first = 0;
+        for (lobe, count) in self.lobes.iter().zip(&self.vertices) {
+            shining.extend((first..first + count).filter(|_| lobe.is_some()));
+            first += count;
+        }
+        let mut matrices = vec![0.0; shining.len() * q * n * n];
+        progress(0.0);
+        let chunks = shining.len().div_ceil(CHUNK_VERTICES);
+        let of_chunks = matrices.chunks_mut(CHUNK_VERTICES * q * n * n).zip(shining.chunks(CHUNK_VERTICES));
+        for (chunk, (matrices, shining)) in of_chunks.enumerate() {
+            let own = self.matrices[chunk * CHUNK_VERTICES * n * n..].par_chunks(n * n);
+            matrices.par_chunks_mut(q * n * n).zip(shining).zip(own).for_each(|((out, &vertex), own)| {
+                for (out, one) in out.chunks_exact_mut(n * n).zip(&one) {
+                    out.iter_mut().zip(own).for_each(|(out, m)| *out = (one * f64::from(*m)) as f32);
+                }
+                add_seen(&work, vertex, bounced, out);
+            });
+            progress((chunk + 1) as f64 / chunks as f64);
+        }
+        Ok(Self { functions: q, matrices, ..self })
     }
 
     /// Bands of light.
     pub fn bands(&self) -> Bands {
         self.bands
+    }
+
+    /// Functions of the wavelength: 1 without bounces.
+    pub fn functions(&self) -> usize {
+        self.functions
     }
 
     /// Vertices of each surface.
@@ -142,36 +205,66 @@ impl GlossTransfer {
         &self.lobes
     }
 
-    /// G_i of one vertex for the mirrored direction r: with the light's coefficients L_i, sum G_i L_i times the lobe's reflectance is the
-    /// radiance towards the viewer. Few bands ring, so it may be slightly negative.
+    /// How many vertices shine.
+    pub fn rows(&self) -> usize {
+        self.lobes.iter().zip(&self.vertices).filter_map(|(lobe, vertices)| lobe.map(|_| vertices)).sum()
+    }
+
+    /// G_qi of one vertex for the mirrored direction r, function after function: with the light's coefficients L_i, sum G_i L_i times the
+    /// lobe's reflectance is the radiance towards the viewer. Few bands ring, so it may be slightly negative.
     ///
     /// # Panics
     /// If there is no such vertex, or its surface does not shine.
-    pub fn toward(&self, surface: usize, vertex: usize, mirrored: DVec3) -> Vec<f64> {
+    pub fn toward(&self, surface: usize, vertex: usize, mirrored: DVec3) -> Vec<Vec<f64>> {
         let lobe = self.lobes[surface].expect("a surface that shines");
         assert!(vertex < self.vertices[surface], "no such vertex");
         let before = self.lobes[..surface].iter().zip(&self.vertices);
         let row: usize = before.filter_map(|(lobe, vertices)| lobe.map(|_| vertices)).sum::<usize>() + vertex;
-        let harmonics = self.bands.coefficients();
-        let entries = lower_triangle(harmonics);
-        let matrix = &self.matrices[row * entries..(row + 1) * entries];
+        let n = self.bands.coefficients();
+        let of_vertex = self.functions * n * n;
         let mut about = sh::harmonics(self.bands, mirrored);
         for (l, factor) in lobe.degree_factors(self.bands).into_iter().enumerate() {
             about[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|y| *y *= factor);
         }
-        let entry = |i: usize, j: usize| f64::from(matrix[lower_triangle(i.max(j)) + i.min(j)]);
-        (0..harmonics).map(|i| (0..harmonics).map(|j| entry(i, j) * about[j]).sum()).collect()
+        let along = |row: &[f32]| row.iter().zip(&about).map(|(m, y)| f64::from(*m) * y).sum();
+        let matrices = self.matrices[row * of_vertex..(row + 1) * of_vertex].chunks_exact(n * n);
+        matrices.map(|matrix| matrix.chunks_exact(n).map(along).collect()).collect()
     }
 }
 
-/// Entries of the lower triangle of a square matrix, its diagonal among them; also where its next row starts.
-pub(crate) const fn lower_triangle(rows: usize) -> usize {
-    rows * (rows + 1) / 2
+/// Adds to the matrices of a vertex what it sees of other surfaces.
+fn add_seen(work: &Work, vertex: usize, bounced: &SpectralTransfer, matrices: &mut [f32]) {
+    let point = &work.points[vertex];
+    if point.normal == DVec3::ZERO {
+        return;
+    }
+    let bands = work.settings.bands;
+    let n = bands.coefficients();
+    // Of each vertex that is seen, the harmonics of where.
+    let mut met: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    let mut harmonics = vec![0.0; n];
+    for direction in Directions::new(work.settings.rays, point.stream).about(point.normal) {
+        let Some(seen) = work.seen(point.origin, direction) else { continue };
+        sh::evaluate(bands, direction, &mut harmonics);
+        for (v, weight) in seen {
+            let sums = met.entry(v).or_insert_with(|| vec![0.0; n]);
+            sums.iter_mut().zip(&harmonics).for_each(|(sum, y)| *sum += weight * y);
+        }
+    }
+    // Radiance is what leaves over pi, and a direction's weight pi over their number.
+    let mut sums = vec![0.0; matrices.len()];
+    for (v, whence) in met {
+        for (row, leaving) in sums.chunks_exact_mut(n).zip(bounced.leaving(v)) {
+            let share = f64::from(*leaving) / f64::from(work.settings.rays);
+            row.iter_mut().zip(&whence).for_each(|(sum, y)| *sum += share * y);
+        }
+    }
+    matrices.iter_mut().zip(sums).for_each(|(out, sum)| *out += sum as f32);
 }
 
 /// Integrals of three harmonics, Y_k Y_i Y_j: those that are not 0.
 struct Products {
-    /// For each entry (i, j) of a lower triangle, k and the integral.
+    /// For each entry (i, j), k and the integral.
     terms: Vec<Vec<(usize, f64)>>,
 }
 
@@ -184,9 +277,9 @@ impl Products {
         let places = sphere(4 * (bands.count() - 1));
         let values: Vec<(Vec<f64>, f64)> =
             places.into_iter().map(|(direction, weight)| (sh::harmonics(wide, direction), weight)).collect();
-        let mut terms = Vec::with_capacity(lower_triangle(harmonics));
+        let mut terms = Vec::with_capacity(harmonics * harmonics);
         for i in 0..harmonics {
-            for j in 0..=i {
+            for j in 0..harmonics {
                 let integral = |k: usize| values.iter().map(|(y, weight)| weight * y[k] * y[i] * y[j]).sum();
                 let all = (0..wide.coefficients()).map(|k| (k, integral(k)));
                 terms.push(all.filter(|(_, value): &(usize, f64)| value.abs() > 1e-12).collect());

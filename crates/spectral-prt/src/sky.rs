@@ -109,7 +109,7 @@ impl Sky {
     }
 
     /// XYZ that the lobe of a vertex adds, `mirrored` being the mirrored direction of the view and `albedo` the coefficients of what
-    /// the lobe reflects.
+    /// the lobe reflects, for each function of the gloss.
     ///
     /// # Panics
     /// As [`GlossTransfer::toward`], or if the gloss has another number of bands.
@@ -118,12 +118,16 @@ impl Sky {
         gloss: &GlossTransfer,
         (surface, vertex): (usize, usize),
         mirrored: DVec3,
-        albedo: &[[f64; 3]],
+        albedo: &[Vec<[f64; 3]>],
     ) -> [f64; 3] {
         assert_eq!(gloss.bands(), self.bands, "gloss of another number of bands");
-        let toward = gloss.toward(surface, vertex, mirrored);
-        let sum = |light: &Vec<f64>| toward.iter().zip(light).map(|(t, l)| t * l).sum();
-        SpectralBasis::xyz(albedo, &self.light.iter().map(sum).collect::<Vec<f64>>())
+        assert_eq!(gloss.functions(), albedo.len(), "gloss of another number of functions");
+        let functions = gloss.toward(surface, vertex, mirrored).into_iter().zip(albedo);
+        functions.fold([0.0; 3], |sum, (toward, albedo)| {
+            let of = |light: &Vec<f64>| toward.iter().zip(light).map(|(t, l)| t * l).sum();
+            let xyz = SpectralBasis::xyz(albedo, &self.light.iter().map(of).collect::<Vec<f64>>());
+            [0, 1, 2].map(|c| sum[c] + xyz[c])
+        })
     }
 
     /// E_j = sum_k T_k L_jk.

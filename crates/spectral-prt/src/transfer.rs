@@ -188,6 +188,15 @@ impl Work {
         Transfer { bands: self.settings.bands, vertices: self.vertices, coefficients }
     }
 
+    /// The corners, as vertices of all surfaces, of what a ray meets on its front, and their weights; nothing where it meets a back, which is
+    /// black.
+    pub(crate) fn seen(&self, origin: DVec3, direction: DVec3) -> Option<[(usize, f64); 3]> {
+        let hit = self.occluders.nearest(origin, direction)?;
+        let corners = [0, 1, 2].map(|i| (hit.vertices[i] as usize, hit.weights[i]));
+        let normal: DVec3 = corners.iter().map(|&(v, weight)| self.points[v].normal * weight).sum();
+        (normal.dot(direction) < 0.0).then_some(corners)
+    }
+
     fn at(&self, point: &Point, sums: &mut [f64], harmonics: &mut [f64]) {
         let bands = self.settings.bands;
         if point.normal == DVec3::ZERO {

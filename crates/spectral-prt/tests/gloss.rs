@@ -3,8 +3,10 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::DVec3;
+use spectral_core::grid::SpectralGrid;
 use spectral_prt::{
-    Bands, GlossTransfer, PhongLobe, Surface, Transfer, TransferSettings, cosine_lobe, precompute, sh,
+    Bands, BounceSettings, GlossTransfer, PhongLobe, Surface, Transfer, TransferSettings, add_bounces,
+    cosine_lobe, precompute, sh,
 };
 
 const FIVE: u8 = 5;
@@ -91,7 +93,7 @@ fn lobes_are_integrals_over_the_seen_sky() {
     ] {
         let gloss = GlossTransfer::new(transfer, bands(FIVE), &lobes).expect("enough bands");
         for mirrored in MIRRORED {
-            let toward = gloss.toward(0, 0, mirrored);
+            let toward = gloss.toward(0, 0, mirrored).remove(0);
             let value = |d: DVec3| d.z * banded(lobe(7.0), FIVE, mirrored.dot(d));
             for (k, (found, truth)) in toward.iter().zip(over_sky(seen, value)).enumerate() {
                 assert!((found - truth).abs() < tolerance, "{name} {mirrored} {k}: {found} {truth}");
@@ -119,7 +121,7 @@ fn a_white_lobe_sends_no_more_than_comes_in() {
             if mirrored == DVec3::Z {
                 assert!((truth - 1.0).abs() < 1e-4, "{exponent}: {truth}");
             }
-            let found = of_even_sky(&gloss.toward(0, 0, mirrored));
+            let found = of_even_sky(&gloss.toward(0, 0, mirrored)[0]);
             worst = worst.max((found - truth).abs());
         }
         let held = lobe.held_by(bands(FIVE));
@@ -129,6 +131,46 @@ fn a_white_lobe_sends_no_more_than_comes_in() {
         last = held;
     }
     assert!(last < 0.9, "a sharp lobe is said to be held: {last}");
+}
+
+/// Above a wide white floor a lobe that looks down sees as much light as one that looks up: the floor sends back what the even sky sends it.
+/// Without bounces the floor is black, and a red floor is red.
+#[test]
+fn lobes_see_what_surfaces_send() {
+    let grid = SpectralGrid::SCHWENK_2010;
+    let far = 1e3;
+    let corners =
+        [[-far, -far, -1.0], [far, -far, -1.0], [far, far, -1.0], [-far, far, -1.0]].map(DVec3::from);
+    let floor = Surface::new(&corners, &[DVec3::Z; 4], &[[0, 1, 2], [0, 2, 3]]).expect("a floor");
+    // It looks to the side, so half of what it sees is the floor.
+    let probe = [DVec3::ZERO, DVec3::Y * 1e-3, DVec3::Z * 1e-3];
+    let probe = Surface::new(&probe, &[DVec3::X; 3], &[[0, 1, 2]]).expect("a triangle");
+    let surfaces = [probe, floor];
+    let wide = transfer(&surfaces, 4096);
+    let direct = wide.with_bands(bands(FIVE));
+    let sky_alone = GlossTransfer::new(&wide, bands(FIVE), &[Some(lobe(6.0)), None]).expect("enough bands");
+    let [down, up] = [DVec3::new(0.6, 0.0, -0.8), DVec3::new(0.6, 0.0, 0.8)];
+    let black = of_even_sky(&sky_alone.toward(0, 0, down)[0]);
+    let full = of_even_sky(&sky_alone.toward(0, 0, up)[0]) + black;
+    assert!(black < 0.1 * full, "{black} {full}");
+    let of_floor = |paint: &dyn Fn(f64) -> f64| {
+        let paints = [grid.sample(|_| 0.0), grid.sample(paint)];
+        let settings = BounceSettings { rays: 64, bounces: 1 };
+        let bounced = add_bounces(&surfaces, &direct, grid, &paints, &settings, &mut |_| {}).expect("paints");
+        let gloss =
+            sky_alone.clone().with_bounces(&surfaces, &bounced, 4096, &mut |_| {}).expect("the same scene");
+        // At the ends of the spectrum.
+        let toward = gloss.toward(0, 0, down);
+        [0, grid.samples() - 1].map(|sample| {
+            bounced.functions().iter().zip(&toward).map(|(g, t)| g[sample] * of_even_sky(t)).sum::<f64>()
+        })
+    };
+    for seen in of_floor(&|_| 1.0) {
+        assert!((seen - full).abs() < 2e-3 * full, "white: {seen} of {full}");
+    }
+    let [blue, red] = of_floor(&|lambda_nm| if lambda_nm > 600.0 { 0.8 } else { 0.1 });
+    assert!((blue - (0.9 * black + 0.1 * full)).abs() < 5e-3 * full, "blue of a red floor: {blue} of {full}");
+    assert!((red - (0.2 * black + 0.8 * full)).abs() < 5e-3 * full, "red of a red floor: {red} of {full}");
 }
 
 /// The sharpest lobe is held, a sharper one is not.

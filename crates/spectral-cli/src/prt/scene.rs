@@ -17,6 +17,7 @@ use crate::choices::Basis;
 use crate::error::CliError;
 use crate::output::exr::ExrImage;
 use crate::output::png;
+use crate::progress::Progress;
 use crate::stats::{Stopwatch, json};
 use crate::targets::{self, ImageFormat};
 use crate::values::Gloss;
@@ -67,6 +68,14 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
             Some(bounced(&matt.surfaces, &direct, &matt.reflectances, &settings)?)
         }
     };
+    let gloss = match (gloss, &bounced) {
+        (Some(gloss), Some(bounced)) => {
+            let bar = Progress::bar("gloss");
+            let all = gloss.with_bounces(&matt.surfaces, bounced, matt.rays, &mut |done| bar.set(done));
+            Some(all.map_err(CliError::failed)?)
+        }
+        (gloss, _) => gloss,
+    };
     times.did("transfer");
     // What is thrown on another surface has the colours of both.
     let products = |r: &Vec<f64>| {
@@ -78,10 +87,11 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     // A scene of greys alone has three coefficients; with the chart there are more for any scene, and for its sky.
     let mut training = color_checker::sampled(&GRID);
     training.extend(matt.reflectances.iter().cloned());
-    if bounced.is_some() {
-        training.extend(matt.reflectances.iter().flat_map(products));
-    }
     training.extend(shine.iter().flat_map(|shine| shine.reflectances().iter().cloned()));
+    if bounced.is_some() {
+        let lobes = shine.iter().flat_map(|shine| shine.reflectances());
+        training.extend(matt.reflectances.iter().chain(lobes).flat_map(products));
+    }
     let basis = args.basis(&training, &environment.training())?;
     let (projection, transfer) = match &bounced {
         None => (Projection::Spectral(&basis), SceneTransfer::Direct(&direct)),

@@ -76,7 +76,7 @@ pub const PRT_GLOSS: PassInfo = PassInfo {
                 lobes: args.read("lobes"),
                 light: args.read("light"),
             };
-            prt_gloss(&inputs, args.write("irradiance"));
+            prt_gloss(&inputs, args.groups()[2], args.write("irradiance"));
         },
     },
 };
@@ -90,7 +90,7 @@ pub struct Inputs<'a> {
     pub points: &'a [PrtGlossPoint],
     /// The camera's among them.
     pub views: &'a [View],
-    /// Lower triangles: entry after entry, vertex after vertex.
+    /// Function after function, entry after entry, vertex after vertex.
     pub matrices: &'a [f32],
     /// Of each lobe a factor per degree, times pi.
     pub lobes: &'a [f32],
@@ -98,23 +98,25 @@ pub struct Inputs<'a> {
     pub light: &'a [Vec4],
 }
 
-/// CPU mirror.
-pub fn prt_gloss(inputs: &Inputs<'_>, irradiance: &mut [Vec4]) {
+/// CPU mirror: `functions` of the wavelength.
+pub fn prt_gloss(inputs: &Inputs<'_>, functions: u32, irradiance: &mut [Vec4]) {
     let PrtGloss { vertices, bands, blocks, vertex_blocks, .. } = inputs.params;
-    let count = (bands * bands) as usize;
+    let (count, blocks) = ((bands * bands) as usize, blocks as usize);
+    let first = vertex_blocks as usize - functions as usize * blocks;
     let of_vertices = irradiance.par_chunks_exact_mut(vertex_blocks as usize);
     of_vertices.take(vertices as usize).zip(inputs.points).for_each(|(of_vertex, at)| {
-        let transfer = inputs.transfer(at);
-        let first = (vertex_blocks - blocks) as usize;
-        for (out, light) in of_vertex[first..].iter_mut().zip(inputs.light.chunks_exact(count)) {
-            *out = transfer.iter().zip(light).fold(Vec4::ZERO, |sum, (t, l)| sum + *t * *l);
+        for (function, out) in of_vertex[first..].chunks_exact_mut(blocks).enumerate() {
+            let transfer = inputs.transfer(at, function);
+            for (out, light) in out.iter_mut().zip(inputs.light.chunks_exact(count)) {
+                *out = transfer.iter().zip(light).fold(Vec4::ZERO, |sum, (t, l)| sum + *t * *l);
+            }
         }
     });
 }
 
 impl Inputs<'_> {
     /// Of one vertex towards the camera.
-    fn transfer(&self, at: &PrtGlossPoint) -> [f32; MOST_HARMONICS] {
+    fn transfer(&self, at: &PrtGlossPoint, function: usize) -> [f32; MOST_HARMONICS] {
         let PrtGloss { bands, rows, camera_view, .. } = self.params;
         let mut transfer = [0.0; MOST_HARMONICS];
         let ray = self.views[camera_view as usize].ray_through(at.position);
@@ -123,21 +125,17 @@ impl Inputs<'_> {
         if at.row == MATT || !looked_at {
             return transfer;
         }
-        let bands = bands as usize;
+        let (bands, rows) = (bands as usize, rows as usize);
         let mut lobe = harmonics(bands, ray.direction.reflect(at.normal));
         for l in 0..bands {
             let factor = self.lobes[at.lobe as usize + l];
             lobe[l * l..(l + 1) * (l + 1)].iter_mut().for_each(|y| *y *= factor);
         }
-        let mut entries = self.matrices[at.row as usize..].iter().step_by(rows as usize);
-        let mut next = || *entries.next().expect("a lower triangle for every row");
-        for i in 0..bands * bands {
-            for j in 0..i {
-                let product = next();
-                transfer[i] += product * lobe[j];
-                transfer[j] += product * lobe[i];
-            }
-            transfer[i] += next() * lobe[i];
+        let count = bands * bands;
+        let mut entries =
+            self.matrices[function * count * count * rows + at.row as usize..].iter().step_by(rows);
+        for out in &mut transfer[..count] {
+            *out = lobe[..count].iter().zip(&mut entries).map(|(y, m)| m * y).sum();
         }
         transfer
     }

@@ -148,14 +148,14 @@ impl Palette {
     /// And what the lobe of each entry reflects, 0 to 1; 0 at all wavelengths where it has none.
     ///
     /// # Panics
-    /// If there is not one for each entry; as [`Projection::seen`].
+    /// If there is not one for each entry; as [`Projection::albedo`].
     #[must_use]
     pub fn with_gloss(mut self, projection: &Projection<'_>, reflectances: &[Vec<f64>]) -> Self {
         assert_eq!(reflectances.len(), self.len(), "reflectances of lobes for other entries");
         for (entry, reflectance) in self.entries.iter_mut().zip(reflectances) {
-            entry.push(projection.plain_albedo(reflectance));
+            entry.extend(projection.albedo(reflectance));
         }
-        self.functions += 1;
+        self.functions += projection.functions();
         self
     }
 
@@ -234,13 +234,13 @@ impl SpectralMap {
     /// And what the lobe reflects, 0 to 1, everywhere the same.
     ///
     /// # Panics
-    /// As [`Projection::seen`].
+    /// As [`Projection::albedo`].
     #[must_use]
     pub fn with_gloss(mut self, projection: &Projection<'_>, reflectance: &[f64]) -> Self {
         for albedo in &mut self.albedos {
-            albedo.push(projection.plain_albedo(reflectance));
+            albedo.extend(projection.albedo(reflectance));
         }
-        self.functions += 1;
+        self.functions += projection.functions();
         self
     }
 }

@@ -150,8 +150,8 @@ impl Builder {
             return;
         };
         let (points, lobes) = pack::gloss_points(scene.surfaces, gloss, &self.shape.space);
-        let rows = pack::gloss_rows(gloss);
-        let matrices = pack::gloss_matrices(gloss, rows);
+        let rows = gloss.rows();
+        let matrices = pack::gloss_matrices(gloss);
         let [groups_per_row, group_rows] = rows_of_groups(points.len(), prt_gloss::PER_GROUP);
         let params = PrtGloss {
             vertices: points.len() as u32,
@@ -168,7 +168,7 @@ impl Builder {
         let matrices = self.filled("gloss_matrices", &matrices);
         let lobes = self.filled("gloss_lobes", &lobes);
         let bindings = [points, seen.views, matrices, lobes, lit.light, lit.irradiance];
-        self.dispatch("prt_gloss", params, &bindings, [groups_per_row, group_rows, 1]);
+        self.dispatch("prt_gloss", params, &bindings, [groups_per_row, group_rows, gloss.functions() as u32]);
         self.decide("prt_gloss", true, format!("{rows} vertices shine"));
     }
 

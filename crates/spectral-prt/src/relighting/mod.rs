@@ -20,6 +20,7 @@ use asm_core::WorkingSpace;
 use frame_plan::{Limits, ParamsId, Plan, ResourceId};
 
 use crate::bands::Bands;
+use crate::gloss::GlossTransfer;
 use build::{Builder, fits};
 
 pub use albedo::{Albedo, AlbedoTerms, IndexMap, Palette, Projection, SpectralMap};
@@ -57,8 +58,8 @@ struct Shape {
     coefficients: usize,
     /// Of transfer.
     functions: usize,
-    /// Whether something shines: one more function of the albedos.
-    gloss: bool,
+    /// Of gloss; none where nothing shines.
+    gloss_functions: usize,
     space: WorkingSpace,
 }
 
@@ -99,7 +100,7 @@ impl Relighting {
             bands: scene.transfer.bands(),
             coefficients: scene.coefficients(),
             functions: scene.transfer.functions(),
-            gloss: scene.gloss.is_some(),
+            gloss_functions: scene.gloss.map_or(0, GlossTransfer::functions),
             space: pack::space(scene.surfaces),
         };
         let mut builder = Builder { plan: Plan { name: "relighting".into(), ..Plan::default() }, shape };
@@ -121,6 +122,6 @@ impl Shape {
 
     /// Blocks of all functions of transfer, and of gloss.
     fn blocks(&self) -> u32 {
-        (self.functions as u32 + u32::from(self.gloss)) * self.light_blocks()
+        (self.functions + self.gloss_functions) as u32 * self.light_blocks()
     }
 }

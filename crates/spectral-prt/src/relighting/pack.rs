@@ -9,7 +9,7 @@ use glam::{DVec3, UVec2, UVec3, Vec2, Vec3, Vec4};
 use super::albedo::{Albedo, AlbedoTerms, SpectralMap};
 use super::scene::{RelitScene, SceneTransfer};
 use crate::bands::Bands;
-use crate::gloss::{GlossTransfer, lower_triangle};
+use crate::gloss::GlossTransfer;
 use crate::passes::BLOCK;
 use crate::passes::prt_gloss::{MATT, PrtGlossPoint};
 use crate::sh::ShRotation;
@@ -129,14 +129,10 @@ pub(super) fn gloss_points(
     (points, lobes)
 }
 
-/// How many vertices shine.
-pub(super) fn gloss_rows(gloss: &GlossTransfer) -> usize {
-    gloss.lobes().iter().zip(gloss.vertices()).filter_map(|(lobe, vertices)| lobe.map(|_| vertices)).sum()
-}
-
-/// Matrices entry after entry, vertex after vertex.
-pub(super) fn gloss_matrices(gloss: &GlossTransfer, rows: usize) -> Vec<f32> {
-    let entries = lower_triangle(gloss.bands().coefficients());
+/// Matrices function after function, entry after entry, vertex after vertex.
+pub(super) fn gloss_matrices(gloss: &GlossTransfer) -> Vec<f32> {
+    let rows = gloss.rows();
+    let entries = gloss.functions() * gloss.bands().coefficients().pow(2);
     (0..entries).flat_map(|e| (0..rows).map(move |row| gloss.matrices[row * entries + e])).collect()
 }
 

@@ -58,8 +58,8 @@ pub struct RelitScene<'a> {
     pub surfaces: &'a [Surface],
     /// Their transfer.
     pub transfer: SceneTransfer<'a>,
-    /// What shines, under as many bands of light as there are in the transfer; albedos then have one more function, see
-    /// [`Palette::with_gloss`]. It mirrors the sky where nothing is in the way, and nothing else.
+    /// What shines, under as many bands of light as there are in the transfer, and with as many functions; albedos then have those of
+    /// [`Palette::with_gloss`] too.
     pub gloss: Option<&'a GlossTransfer>,
     /// Albedos that surfaces and index maps name.
     pub palette: &'a Palette,
@@ -77,9 +77,9 @@ impl RelitScene<'_> {
         self.palette.coefficients
     }
 
-    /// Functions of albedos: those of transfer, and that of gloss.
+    /// Functions of albedos: those of transfer, and of gloss.
     pub(super) fn functions(&self) -> usize {
-        self.transfer.functions() + usize::from(self.gloss.is_some())
+        self.transfer.functions() + self.gloss.map_or(0, GlossTransfer::functions)
     }
 
     /// Whether everything fits together.
@@ -103,10 +103,15 @@ impl RelitScene<'_> {
             if gloss.vertices() != self.transfer.vertices() {
                 return Err(RelightingError::OtherGloss);
             }
-            let (got, expected) = (gloss.bands().count(), self.transfer.bands().count());
-            if got != expected {
-                let (what, unit, with) = ("gloss", "bands of harmonics", "the transfer");
-                return Err(RelightingError::Mismatch { what, got, unit, with, expected });
+            let transfer = &self.transfer;
+            for (got, unit, expected) in [
+                (gloss.bands().count(), "bands of harmonics", transfer.bands().count()),
+                (gloss.functions(), "functions of the wavelength", transfer.functions()),
+            ] {
+                if got != expected {
+                    let (what, with) = ("gloss", "the transfer");
+                    return Err(RelightingError::Mismatch { what, got, unit, with, expected });
+                }
             }
         }
         self.check_terms("the palette", self.palette.functions, self.palette.coefficients)?;

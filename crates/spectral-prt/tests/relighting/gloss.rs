@@ -32,7 +32,7 @@ fn shine(
     surfaces: &[Surface],
     surface: usize,
     camera: &Camera,
-    albedo: &[[f64; 3]],
+    albedo: &[Vec<[f64; 3]>],
 ) -> Vec<[f64; 3]> {
     let eye = camera.world_from_camera.w_axis.truncate();
     let of = &surfaces[surface];
@@ -71,7 +71,7 @@ fn a_frame_shows_the_lobes_that_f64_shows() {
         };
         let sky = from_direction(DVec3::new(1.0, 2.0, 1.5), &projection.light(&light(Illuminant::Fl2)));
         let matt = |s: usize| sky.radiance_xyz(&direct, s, &projection.albedo(&paints[s])[0]);
-        let shine = shine(&sky, &gloss, &surfaces, 0, &camera, &projection.albedo(&lobes[0])[0]);
+        let shine = shine(&sky, &gloss, &surfaces, 0, &camera, &projection.albedo(&lobes[0]));
         let truth = expected(&surfaces, &[sums(&matt(0), &shine), matt(1)], &camera, [72, 48]);
         let (worst, compared) = difference(&with(&gloss, &lobes), &truth);
         println!("gloss against f64: {worst:.1e} of the largest Y in {compared} pixels");
@@ -104,7 +104,9 @@ fn gloss_goes_with_interreflection_and_with_maps() {
         add_bounces(&surfaces, &direct, GRID, &paints, &settings, &mut |_| {}).expect("good settings");
     let basis = basis(6);
     let projection = Projection::Bounced(&basis, &bounced);
-    let gloss = GlossTransfer::new(&wide, Bands::default(), &[lobe(6.0), lobe(3.0)]).expect("enough bands");
+    let sky_alone =
+        GlossTransfer::new(&wide, Bands::default(), &[lobe(6.0), lobe(3.0)]).expect("enough bands");
+    let gloss = sky_alone.clone().with_bounces(&surfaces, &bounced, 64, &mut |_| {}).expect("the same scene");
     let lobes = [GRID.sample(|_| 0.2), GRID.sample(|_| 0.1)];
     let camera = camera(DVec3::new(1.0, 1.5, 4.0));
     let sky = from_direction(DVec3::new(1.0, 2.0, 1.5), &projection.light(&light(Illuminant::D50)));
@@ -112,15 +114,18 @@ fn gloss_goes_with_interreflection_and_with_maps() {
     stage.transfer = SceneTransfer::Bounced(&bounced);
     stage.gloss = Some(&gloss);
     stage.palette = stage.palette.with_gloss(&projection, &lobes);
-    let plain = Projection::Spectral(&basis);
     let all = [0, 1].map(|s| {
         let matt = sky.bounced_radiance_xyz(&bounced, s, &projection.albedo(&paints[s]));
-        sums(&matt, &shine(&sky, &gloss, &surfaces, s, &camera, &plain.albedo(&lobes[s])[0]))
+        sums(&matt, &shine(&sky, &gloss, &surfaces, s, &camera, &projection.albedo(&lobes[s])))
     });
     let truth = expected(&surfaces, &all, &camera, stage.settings.size);
     let by_palette = stage.picture(&shot(&sky, &camera));
     let (worst, compared) = difference(&by_palette, &truth);
     assert!(compared > 400 && worst < 1e-5, "{worst} in {compared} pixels");
+    let mut other = Stage { gloss: Some(&sky_alone), ..Stage::new(&surfaces, &direct, &projection, &paints) };
+    other.transfer = SceneTransfer::Bounced(&bounced);
+    let refused = other.plan(&shot(&sky, &camera)).expect_err("gloss of one function").to_string();
+    assert!(refused.starts_with("gloss has 1 functions of the wavelength"), "{refused}");
     let map = SpectralMap::new(&projection, [1, 1], vec![0], &paints[..1]).expect("a texel");
     stage.spectral_maps = vec![map.with_gloss(&projection, &lobes[0])];
     let uvs = vec![[0.5; 2]; surfaces[0].positions().len()];
