@@ -1,4 +1,4 @@
-// The light on the floor as a picture: XYZ of a white light. Host side: `passes/pond_picture.rs`.
+// The light on the floor as a picture: XYZ in the colour of the light. Host side: `passes/pond_picture.rs`.
 
 struct PondPicture {
     grid: PondGrid,

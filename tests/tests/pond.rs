@@ -4,6 +4,8 @@ use std::f64::consts::TAU;
 
 use caustic_heightfield::*;
 use frame_plan::Executor;
+use spectral_core::light::LightSpectrum;
+use spectral_core::observer::Observer;
 use spectral_core::rgb::D65_WHITE_XYZ;
 use workspace_tests::pond_executors;
 
@@ -310,11 +312,12 @@ fn impulses_that_touch_the_floor_are_refused() {
     }
 }
 
-/// What a host shows is the light on the floor, in white, to the bit.
+/// What a host shows is the light on the floor, in the light's colour, to the bit.
 #[test]
-fn the_picture_is_the_floor_in_white() {
+fn the_picture_is_the_floor_in_the_lights_colour() {
     let (size, pond) = ([40, 30], pond(0.0, 30.0));
-    let settings = PlanSettings { picture: true, ..PlanSettings::default() };
+    let candle = LightSpectrum::cct(1900.0).unwrap().unit_xyz(Observer::default());
+    let settings = PlanSettings { picture: Some(candle), ..PlanSettings::default() };
     let plan = convolution(size, &pond, Default::default()).plan(&settings).unwrap();
     for (id, mut executor) in pond_executors() {
         let executor = executor.as_mut();
@@ -325,7 +328,8 @@ fn the_picture_is_the_floor_in_white() {
             let irradiance = plan.read(executor).unwrap().light.irradiance;
             let bytes = executor.read(plan.picture().unwrap()).unwrap();
             let picture: Vec<[f32; 4]> = bytes.chunks_exact(16).map(bytemuck::pod_read_unaligned).collect();
-            let white = D65_WHITE_XYZ.map(|w| w as f32);
+            let white = candle.map(|w| w as f32);
+            assert!(relative_rms(&candle, &D65_WHITE_XYZ) > 0.3, "a candle is no daylight");
             let floor: Vec<[f32; 4]> = irradiance
                 .iter()
                 .map(|&y| [white[0] * y as f32, white[1] * y as f32, white[2] * y as f32, 0.0])

@@ -29,7 +29,6 @@ use crate::passes::{PondGrid, groups_of_grid, groups_of_samples};
 use crate::pond::{Illumination, Pond};
 use convolve::Kernels;
 pub use frame::PondFrame;
-use spectral_core::rgb::D65_WHITE_XYZ;
 
 /// Where a plan's heights come from.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -52,14 +51,15 @@ impl HeightSource {
 }
 
 /// What a plan is made with, besides the method.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlanSettings {
     /// Where heights come from.
     pub heights: HeightSource,
     /// Entries of the tables that Gamma and T are looked up in, as the paper has it; evaluated if there are none.
     pub refraction_entries: Option<usize>,
-    /// Whether the floor is made a picture, too, for a host that shows it where it is: [`PondPlan::picture`].
-    pub picture: bool,
+    /// The colour of the light, CIE 1931 XYZ with Y = 1, if the floor is to be made a picture in it, too, for a host that shows it where it
+    /// is: [`PondPlan::picture`].
+    pub picture: Option<[f64; 3]>,
     /// Room for low-rank terms of other light ([`crate::LowRank::refit`]): no more than the plan's own if nothing is said.
     pub room: Room,
 }
@@ -154,7 +154,7 @@ impl PondPlan {
         let irradiance =
             builder.plan.add_resource(Resource::buffer("irradiance", 4 * samples as u64).readable());
         let kernels = builder.convolve(terms, settings.room.offsets, images, irradiance);
-        let picture = settings.picture.then(|| builder.picture(irradiance));
+        let picture = settings.picture.map(|white_xyz| builder.picture(irradiance, white_xyz));
         let ids = Ids {
             heights,
             illumination,
@@ -203,11 +203,11 @@ impl Builder {
         self.plan.decisions.push(decision);
     }
 
-    /// The floor as a picture. Light of one index of refraction is shown as white.
-    fn picture(&mut self, irradiance: ResourceId) -> ResourceId {
+    /// The floor as a picture. All light has one index of refraction, and so its own colour everywhere.
+    fn picture(&mut self, irradiance: ResourceId, white_xyz: [f64; 3]) -> ResourceId {
         let samples = self.grid.samples() as u64;
         let picture = self.plan.add_resource(Resource::buffer("picture", 16 * samples).readable());
-        let white_xyz = D65_WHITE_XYZ.map(|w| w as f32);
+        let white_xyz = white_xyz.map(|w| w as f32);
         let params = PondPicture { grid: self.grid, white_xyz, reserved: 0 };
         let params = self.plan.add_params("pond_picture", &params);
         self.plan.steps.push(Step::Dispatch {

@@ -92,7 +92,7 @@ impl Beside {
             self.prepare(&job)?;
             (floor, report) = self.run(&job)?;
         }
-        Ok(Finished { picture: picture(&floor), job, report })
+        Ok(Finished { picture: picture(&floor, job.basin.white_xyz), job, report })
     }
 
     fn prepare(&mut self, job: &FloorJob) -> Result<(), String> {

@@ -167,7 +167,7 @@ fn of_terms(terms: LowRank<f32>, job: &FloorJob) -> Result<Planned, PondError> {
 /// Plans with heights of impulses, and a picture.
 fn settings(job: &FloorJob, room: Room) -> PlanSettings {
     let heights = HeightSource::Impulses { capacity: job.basin.capacity, distance_levels: None };
-    PlanSettings { heights, picture: true, room, ..PlanSettings::default() }
+    PlanSettings { heights, picture: Some(job.basin.white_xyz), room, ..PlanSettings::default() }
 }
 
 #[cfg(test)]

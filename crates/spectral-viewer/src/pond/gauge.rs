@@ -106,7 +106,8 @@ mod tests {
         let job = view.job([1, 1]);
         let Ok(Method::Host(floors, _)) = fit::method(&job) else { panic!("no plan") };
         let floor = floors.below(&job.surface().expect("waves")).expect("a floor");
-        (job, picture(&floor))
+        let picture = picture(&floor, job.basin.white_xyz);
+        (job, picture)
     }
 
     fn error(job: &FloorJob, picture: &Picture) -> f64 {

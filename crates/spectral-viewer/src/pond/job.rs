@@ -7,7 +7,6 @@ use caustic_heightfield::{HeightField, Pond, PondError, Ripple, WallImages, impu
 use frame_plan::{DeviceInfo, DeviceType, Made, StepTime};
 use spectral_cli::Floor;
 use spectral_core::light::LightSpectrum;
-use spectral_core::rgb::D65_WHITE_XYZ;
 
 use super::choices::Choices;
 use super::pebbles::Waves;
@@ -24,8 +23,9 @@ pub(crate) struct Basin {
     pub(crate) walls: WallImages,
     /// Room for pebbles and their images.
     pub(crate) capacity: usize,
-    /// The light's spectrum.
+    /// The light's spectrum, and its colour: XYZ with Y = 1.
     pub(crate) spectrum: LightSpectrum,
+    pub(crate) white_xyz: [f64; 3],
 }
 
 /// The light on a floor to be computed.
@@ -91,12 +91,12 @@ pub(super) fn report_of_host(choices: &Choices, milliseconds: f64, facts: FloorF
     Report { device, step_times, decisions: Vec::new(), made: Made::default(), facts }
 }
 
-/// A floor as a picture; light of one index of refraction is shown as white.
-pub(super) fn picture(floor: &Floor) -> Picture {
+/// A floor as a picture; light of one index of refraction has its own colour everywhere.
+pub(super) fn picture(floor: &Floor, white_xyz: [f64; 3]) -> Picture {
     let [width, height] = floor.light.grid.size.map(|side| side as u32);
     let xyz = match &floor.xyz {
         Some(xyz) => xyz.iter().map(|xyz| xyz.map(|v| v as f32)).collect(),
-        None => floor.light.irradiance.iter().map(|y| D65_WHITE_XYZ.map(|w| (w * y) as f32)).collect(),
+        None => floor.light.irradiance.iter().map(|y| white_xyz.map(|w| (w * y) as f32)).collect(),
     };
     Picture { width, height, xyz }
 }

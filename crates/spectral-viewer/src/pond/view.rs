@@ -9,6 +9,7 @@ use egui::{Key, Painter, Rect, Ui};
 use frame_plan::DeviceInfo;
 use spectral_cli::PondMethod;
 use spectral_cli::view::{PondView, ViewArgs};
+use spectral_core::observer::Observer;
 
 use super::choices::{Choices, precisions};
 use super::frames::Frames;
@@ -46,7 +47,8 @@ impl View {
         let PondView { extent_m, pond, spectrum, pebbles, choice, samples } = begin;
         let (ripple, walls) = (pebbles.ripple, pebbles.walls);
         let pebbles = Pebbles::new(pebbles, extent_m);
-        let basin = Basin { extent_m, ripple, walls, capacity: pebbles.capacity(), spectrum };
+        let white_xyz = spectrum.unit_xyz(Observer::default());
+        let basin = Basin { extent_m, ripple, walls, capacity: pebbles.capacity(), spectrum, white_xyz };
         Self {
             showing: Showing::new("pond", args, window),
             choices: Choices { floor: choice, samples, dispersion: true },
