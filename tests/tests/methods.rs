@@ -9,6 +9,7 @@ use asm_core::{
 };
 use frame_plan::{DeviceInfo, Executor, Limits};
 use spectral_core::display::{Display, ToneMap, srgb_from_linear};
+use workspace_tests::agreement::on_one_driver;
 use workspace_tests::{executors, subject};
 use xtask::executors::render;
 use xtask::flip::{PIXELS_PER_DEGREE, Picture, flip};
@@ -41,8 +42,8 @@ fn buffer_of(
 
 fn small() -> Settings {
     Settings {
-        emission_size: 120,
-        map_size: Some(96),
+        emission_size: 72,
+        map_size: Some(64),
         wavelengths: Some(3),
         ..Settings::of(Method::CausticsMap)
     }
@@ -140,7 +141,7 @@ fn gap_filling_has_the_same_bits_on_every_executor() {
     }
 }
 
-const PICTURE: [u32; 2] = [160, 90];
+const PICTURE: [u32; 2] = [112, 63];
 
 fn srgb(xyz: &[[f32; 3]], exposure: f64) -> Vec<[f64; 3]> {
     let display = Display { exposure, tone_map: ToneMap::Clip };
@@ -167,7 +168,7 @@ fn deferred_refraction_looks_the_same_everywhere_and_more_like_the_oracle() {
         let settings = spectral_reference::RenderSettings {
             size: PICTURE,
             samples_per_pixel: 4,
-            photons: 1 << 18,
+            photons: 1 << 17,
             ..Default::default()
         };
         let oracle =
@@ -177,8 +178,8 @@ fn deferred_refraction_looks_the_same_everywhere_and_more_like_the_oracle() {
             let mut picture = |view| {
                 let settings = Settings {
                     glass_view: Some(view),
-                    emission_size: 192,
-                    map_size: Some(192),
+                    emission_size: 128,
+                    map_size: Some(128),
                     ..Settings::of(Method::Asm)
                 };
                 let plan = render_plan(&subject.scene, 0, PICTURE, &settings, &Limits::default())
@@ -203,6 +204,7 @@ fn deferred_refraction_looks_the_same_everywhere_and_more_like_the_oracle() {
 #[test]
 fn pictures_with_fitted_maps_have_the_same_bits_on_one_driver() {
     let mut executors = executors();
+    let devices: Vec<DeviceInfo> = executors.iter().map(|(_, executor)| executor.info().clone()).collect();
     let mut changed = 0;
     for name in ["glass", "lamps"] {
         let subject = subject(name);
@@ -210,8 +212,9 @@ fn pictures_with_fitted_maps_have_the_same_bits_on_one_driver() {
             let settings = Settings {
                 map_fit: Some(fit),
                 reflections: Reflections::All,
-                emission_size: 128,
-                map_size: Some(128),
+                wavelengths: Some(3),
+                emission_size: 96,
+                map_size: Some(96),
                 ..Settings::of(Method::CausticsMap)
             };
             render_plan(&subject.scene, 0, PICTURE, &settings, &Limits::default())
@@ -220,17 +223,22 @@ fn pictures_with_fitted_maps_have_the_same_bits_on_one_driver() {
         let (fitted, wide) = (plan(MapFit::Landings), plan(MapFit::Receivers));
         let mut pictures: Vec<(&str, DeviceInfo, Vec<[f32; 3]>)> = Vec::new();
         for (id, executor) in &mut executors {
+            // Every driver makes the picture twice: by a second executor, or by the same one again.
+            let device = executor.info().clone();
+            let is_alone = devices.iter().filter(|other| on_one_driver(other, &device)).count() == 1;
             let mut picture = |plan| {
                 render(plan, executor.as_mut()).unwrap_or_else(|error| panic!("{name} on {id}: {error}"))
             };
-            let (first, again, other) = (picture(&fitted), picture(&fitted), picture(&wide));
-            assert!(bits(&first).eq(bits(&again)), "{name}: {id} gave two pictures");
+            let (first, other) = (picture(&fitted), picture(&wide));
+            if is_alone {
+                assert!(bits(&first).eq(bits(&picture(&fitted))), "{name}: {id} gave two pictures");
+            }
             changed += u32::from(first != other);
-            pictures.push((id, executor.info().clone(), first));
+            pictures.push((id, device, first));
         }
         for (i, (a, a_device, a_picture)) in pictures.iter().enumerate() {
             for (b, b_device, b_picture) in &pictures[..i] {
-                if (&a_device.device, &a_device.driver) == (&b_device.device, &b_device.driver) {
+                if on_one_driver(a_device, b_device) {
                     assert!(bits(a_picture).eq(bits(b_picture)), "{name}: {a} and {b} on one driver");
                 }
                 let flip = mean_flip(a_picture, b_picture);

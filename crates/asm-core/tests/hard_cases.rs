@@ -4,6 +4,8 @@
 
 #[path = "on_device/hard_cases.rs"]
 mod hard_cases;
+#[path = "on_device/many_photons.rs"]
+mod many_photons;
 #[path = "caustics/stage.rs"]
 #[allow(dead_code, reason = "made for the tests of plans")]
 mod stage;

@@ -73,7 +73,7 @@ fn caustics_give_the_same_bits() {
     let Some(mut vulkan) = device::executor_of(ASM_PASSES) else { return };
     let mut wgpu = wgpu(asm_core::PASSES, &vulkan);
     let limits = vulkan.limits().common(wgpu.limits());
-    let settings = Settings { emission_size: 128, ..Settings::of(Method::CausticsMap) };
+    let settings = Settings { emission_size: 128, map_size: Some(128), ..Settings::of(Method::CausticsMap) };
     for name in ["sphere", "gem", "prism"] {
         let scene = spectral_scene::bundled(name).unwrap();
         let receiver = scene.receiver("receiver").unwrap();
@@ -91,7 +91,7 @@ fn a_moving_lamp_gives_the_same_bits_and_no_objects() {
     let Some(mut vulkan) = device::executor_of(ASM_PASSES) else { return };
     let mut wgpu = wgpu(asm_core::PASSES, &vulkan);
     let limits = vulkan.limits().common(wgpu.limits());
-    let settings = Settings { emission_size: 64, ..Settings::of(Method::CausticsMap) };
+    let settings = Settings { emission_size: 64, map_size: Some(64), ..Settings::of(Method::CausticsMap) };
     let mut scene = spectral_scene::bundled("sphere").unwrap();
     let receiver = scene.receiver("receiver").unwrap();
     let plan = |scene: &_| bake_plan(scene, receiver, [32, 32], &settings, &limits).unwrap();
@@ -118,7 +118,7 @@ fn a_moving_lamp_gives_the_same_bits_and_no_objects() {
 fn another_glass_gives_other_bits() {
     let Some(mut vulkan) = device::executor_of(ASM_PASSES) else { return };
     let mut wgpu = wgpu(asm_core::PASSES, &vulkan);
-    let settings = Settings { emission_size: 64, ..Settings::of(Method::CausticsMap) };
+    let settings = Settings { emission_size: 64, map_size: Some(64), ..Settings::of(Method::CausticsMap) };
     let scene = spectral_scene::bundled("sphere").unwrap();
     let receiver = scene.receiver("receiver").unwrap();
     let mut other = scene.clone();

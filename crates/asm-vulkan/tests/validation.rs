@@ -166,7 +166,7 @@ fn caustics_are_clean_and_missing_barriers_are_found() {
     let Some(host) = Host::new(true) else { return };
     let limits = host.executor(ASM_PASSES).limits();
     let scene = spectral_scene::bundled("gem").unwrap();
-    let settings = Settings { emission_size: 32, ..Settings::of(Method::CausticsMap) };
+    let settings = Settings { emission_size: 32, map_size: Some(32), ..Settings::of(Method::CausticsMap) };
     let receiver = scene.receiver("receiver").unwrap();
     let bake = bake_plan(&scene, receiver, [16, 16], &settings, &limits).unwrap();
     let render = render_plan(&scene, 0, [24, 16], &settings, &limits).unwrap();

@@ -320,7 +320,7 @@ fn the_standard_error_is_honest() {
 fn a_noise_target_is_reached_and_progress_rises_to_one() {
     let (stage, floor) = ball(1.5);
     let heard = std::sync::Mutex::new(vec![]);
-    let settings = BakeSettings { effort: Effort::noise(0.02), ..settings(64, 1) };
+    let settings = BakeSettings { effort: Effort::noise(0.02), ..settings(32, 1) };
     let bake = bake(&stage.0, floor, &settings, &|p| heard.lock().unwrap().push(p)).unwrap();
     assert!(bake.standard_error.refracted <= 0.02 && bake.standard_error.total <= 0.02);
     let heard = heard.into_inner().unwrap();
@@ -331,7 +331,7 @@ fn a_noise_target_is_reached_and_progress_rises_to_one() {
         baked(&stage.0, floor, &BakeSettings { effort, ..settings })
     };
     assert!(impossible(50_000, u64::MAX).photons <= 50_000);
-    let most_rays = 10_000_000;
+    let most_rays = 2_000_000;
     let rays = impossible(u64::MAX, most_rays).ledger.counts.rays;
     assert!(rays > most_rays / 2 && rays < most_rays + most_rays / 50, "{rays}");
 }

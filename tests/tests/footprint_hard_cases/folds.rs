@@ -68,7 +68,7 @@ fn askew(glass: Material, roll: f64) -> Scene {
 fn cells_that_straddle_silhouettes_and_edges_lose_nothing() {
     let glass = Material::glass("crown", Dispersion::from_khr(1.52, 20.0 / 59.0).unwrap());
     let scene = askew(glass.clone(), 0.0);
-    let answer = Answer::of(&scene, 1 << 22);
+    let answer = Answer::of(&scene, 1 << 20);
     // A dozen cells from edge to edge: few lie within one face.
     let settings = Settings { cell_splits: 4, ..footprints(24) };
     let own = light_of(&scene, &settings);

@@ -2,9 +2,11 @@
 
 use std::collections::BTreeSet;
 
-use asm_core::{Method, Refraction, Settings, bake_plan, render_plan};
-use frame_plan::{Limits, Plan};
+use asm_core::{Method, Refraction, Settings};
+use frame_plan::Plan;
 use spectral_scene::{BUNDLED, Scene, bundled};
+
+use crate::stage::Planners;
 
 const METHODS: [Method; 3] = [Method::CausticsMap, Method::Acm, Method::Asm];
 
@@ -22,10 +24,8 @@ const OF_BOTH: [&str; 10] = [
     "map_resolve",
 ];
 
-fn plans(scene: &Scene, settings: &Settings) -> [(Plan, [&'static str; 2]); 2] {
-    let receiver = scene.receiver("receiver").unwrap();
-    let bake = bake_plan(scene, receiver, [16; 2], settings, &Limits::default()).unwrap().plan;
-    let picture = render_plan(scene, 0, [16; 2], settings, &Limits::default()).unwrap().plan;
+fn plans(planners: &mut Planners, settings: &Settings) -> [(Plan, [&'static str; 2]); 2] {
+    let (bake, picture) = (planners.bake(16, settings), planners.picture(16, settings));
     [(bake, ["uv_visibility", "receiver_bake"]), (picture, ["shade", "deferred_refraction"])]
 }
 
@@ -54,6 +54,7 @@ fn contradictions(plan: &Plan, own: [&str; 2]) -> Vec<String> {
 }
 
 fn assert_decided(what: &str, scene: &Scene) {
+    let mut planners = Planners::new(scene);
     for method in METHODS {
         for (prune, refraction) in
             [true, false].into_iter().flat_map(|prune| Refraction::ALL.map(|refraction| (prune, refraction)))
@@ -65,7 +66,7 @@ fn assert_decided(what: &str, scene: &Scene) {
                 map_size: Some(64),
                 ..Settings::of(method)
             };
-            for (plan, own) in plans(scene, &settings) {
+            for (plan, own) in plans(&mut planners, &settings) {
                 let found = contradictions(&plan, own);
                 assert!(found.is_empty(), "{what}, {method:?}, {}, pruned {prune}: {found:?}", plan.name);
             }
@@ -96,7 +97,8 @@ fn scenes_without_light_glass_or_camera_glass_are_decided_too() {
 
 #[test]
 fn a_contradiction_is_found() {
-    let [(plan, own), _] = plans(&bundled("sphere").unwrap(), &Settings::of(Method::CausticsMap));
+    let sphere = bundled("sphere").unwrap();
+    let [(plan, own), _] = plans(&mut Planners::new(&sphere), &Settings::of(Method::CausticsMap));
     assert!(contradictions(&plan, own).is_empty());
     let mut twice = plan.clone();
     twice.decisions.push(plan.decisions[0].clone());

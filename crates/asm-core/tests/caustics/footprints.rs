@@ -89,7 +89,7 @@ fn what_does_not_disperse_stays_white_however_many_wavelengths_there_are() {
 fn few_wavelengths_draw_what_many_lines_draw() {
     // The light of a prism as the sum of lamps of one wavelength each, of which every one is traced for itself.
     let scene = spectral_scene::bundled("prism").unwrap();
-    let settings = Settings { emission_size: 96, ..footprints() };
+    let settings = Settings { emission_size: 64, map_size: Some(128), ..footprints() };
     let size = 64;
     let grid: Vec<f64> = (0..=80).map(|i| 380.0 + 5.0 * f64::from(i)).collect();
     let weights = scene.lights[0].spectrum.spectral_lux(Observer::default(), &grid, 5.0);

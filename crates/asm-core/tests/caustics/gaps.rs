@@ -179,7 +179,7 @@ fn delta_e(a: &IrradianceMaps, b: &IrradianceMaps) -> f64 {
 /// A map of many wavelengths, which leave no gaps.
 fn dense(scene: &str) -> IrradianceMaps {
     let settings = Settings {
-        wavelengths: Some(100),
+        wavelengths: Some(64),
         scheme: Some(Scheme::Uniform),
         range_nm: Some((380.0, 780.0)),
         ..asm(GapFilling::None)

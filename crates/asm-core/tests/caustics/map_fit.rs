@@ -166,7 +166,7 @@ fn hardly_any_light_of_the_bundled_scenes_lands_outside_the_fitted_map() {
     for (name, scene) in scenes.filter(|(_, scene)| scene.refractors().next().is_some()) {
         // Only these have landings that few photons find.
         let stray = ["diamond", "glass"].contains(name);
-        for (emission_size, wavelengths) in [(200, 1), (512, if stray { 7 } else { 1 })] {
+        for (emission_size, wavelengths) in [(128, 1), if stray { (512, 4) } else { (320, 1) }] {
             let settings = |fit| Settings {
                 emission_size,
                 map_size: Some(128),

@@ -8,7 +8,7 @@ use spectral_core::dispersion::Dispersion;
 use spectral_core::wavelengths::Scheme;
 use spectral_scene::{BUNDLED, Scene, bundled};
 
-use crate::stage::cpu;
+use crate::stage::{Planners, cpu};
 
 fn bake_of(scene: &Scene, settings: &Settings) -> Plan {
     let receiver = scene.receiver("receiver").unwrap();
@@ -42,8 +42,8 @@ fn every_bundled_scene_has_its_acm_and_asm_plan() {
     // Steps are looked up by the names of one light.
     let scenes = BUNDLED.iter().map(|name| bundled(name).unwrap());
     for scene in scenes.filter(|scene| scene.refractors().count() > 0 && scene.lights.len() == 1) {
-        let name = &scene.name;
-        let names = |settings: &Settings| bake_of(&scene, settings).step_names();
+        let (name, mut planners) = (&scene.name, Planners::new(&scene));
+        let mut names = |settings: &Settings| planners.bake(64, settings).step_names();
         let light = format!("light 0 `{}`", scene.lights[0].name);
         // What the two add to caustics mapping, and where.
         let mut acm = names(&Settings::of(Method::CausticsMap));
@@ -71,9 +71,9 @@ fn every_bundled_scene_has_its_acm_and_asm_plan() {
         assert_eq!(names(&Settings::of(Method::Asm)), asm, "{name}");
         for method in [Method::Acm, Method::Asm] {
             for settings in [Settings::of(method), Settings { prune: false, ..Settings::of(method) }] {
-                bake_of(&scene, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
-                let picture = render_plan(&scene, 0, [64; 2], &settings, &Limits::default()).unwrap();
-                picture.plan.validate(&asm_core::PASSES, &Limits::default()).unwrap();
+                planners.bake(64, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
+                let picture = planners.picture(64, &settings);
+                picture.validate(&asm_core::PASSES, &Limits::default()).unwrap();
             }
         }
     }
@@ -116,7 +116,7 @@ fn steps_of_light(light: &str, glass: bool, method: Method) -> Vec<String> {
 #[test]
 fn footprints_have_their_plans() {
     for scene in BUNDLED.iter().map(|name| bundled(name).unwrap()) {
-        let name = &scene.name;
+        let (name, mut planners) = (&scene.name, Planners::new(&scene));
         let footprints = Settings::of(Method::Footprint);
         let glass = scene.refractors().count() > 0;
         let mirrors = scene.mirrors().count() > 0;
@@ -137,9 +137,9 @@ fn footprints_have_their_plans() {
             }
             wanted.push(format!("receiver_bake ({light})"));
         }
-        assert_eq!(bake_of(&scene, &footprints).step_names(), wanted, "{name}");
+        assert_eq!(planners.bake(64, &footprints).step_names(), wanted, "{name}");
         // Cells that may not be split take no rounds.
-        let whole = bake_of(&scene, &Settings { cell_splits: 0, ..footprints.clone() }).step_names();
+        let whole = planners.bake(64, &Settings { cell_splits: 0, ..footprints.clone() }).step_names();
         wanted.retain(|step| !step.starts_with("footprint_split"));
         for step in wanted.iter_mut().filter(|step| step.starts_with("footprints")) {
             *step = step.replace("footprints", "footprint_splat").replace(", tiles", "");
@@ -147,8 +147,8 @@ fn footprints_have_their_plans() {
         assert_eq!(whole, wanted, "{name}");
         for prune in [true, false] {
             let settings = Settings { prune, ..footprints.clone() };
-            bake_of(&scene, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
-            let picture = render_plan(&scene, 0, [64; 2], &settings, &Limits::default()).unwrap().plan;
+            planners.bake(64, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
+            let picture = planners.picture(64, &settings);
             picture.validate(&asm_core::PASSES, &Limits::default()).unwrap();
             // A picture has no receiver whose texels could hold the light.
             assert!(!glass || picture.step_names().iter().any(|step| step.starts_with("map_fit")), "{name}");
@@ -159,12 +159,12 @@ fn footprints_have_their_plans() {
 #[test]
 fn traced_photons_have_the_steps_of_others_but_the_search_for_exits() {
     for scene in BUNDLED.iter().map(|name| bundled(name).unwrap()) {
-        let name = &scene.name;
+        let (name, mut planners) = (&scene.name, Planners::new(&scene));
         for method in [Method::CausticsMap, Method::Acm, Method::Asm] {
             let of = |refraction| Settings { refraction: Some(refraction), ..Settings::of(method) };
             let (image_space, traced) =
-                (bake_of(&scene, &of(Refraction::ImageSpace)), bake_of(&scene, &of(Refraction::Traced)));
-            assert_eq!(image_space, bake_of(&scene, &Settings::of(method)), "{name}: the default");
+                (planners.bake(64, &of(Refraction::ImageSpace)), planners.bake(64, &of(Refraction::Traced)));
+            assert_eq!(image_space, planners.bake(64, &Settings::of(method)), "{name}: the default");
             let wanted = image_space.step_names().into_iter().filter(|step| !step.ends_with(", exit)"));
             let wanted: Vec<_> = wanted.map(|step| step.replace("photon_trace", "photon_path")).collect();
             assert_eq!(traced.step_names(), wanted, "{name} {method:?}");
@@ -177,9 +177,9 @@ fn traced_photons_have_the_steps_of_others_but_the_search_for_exits() {
             assert!(reasons(&traced, "photon_trace", false)[0].contains("paths through the geometry"));
             for prune in [true, false] {
                 let settings = Settings { prune, ..of(Refraction::Traced) };
-                bake_of(&scene, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
-                let picture = render_plan(&scene, 0, [64; 2], &settings, &Limits::default()).unwrap();
-                picture.plan.validate(&asm_core::PASSES, &Limits::default()).unwrap();
+                planners.bake(64, &settings).validate(&asm_core::PASSES, &Limits::default()).unwrap();
+                let picture = planners.picture(64, &settings);
+                picture.validate(&asm_core::PASSES, &Limits::default()).unwrap();
             }
         }
     }
@@ -208,6 +208,7 @@ fn bundled_scenes_with_mirrors_have_their_plans() {
             continue;
         }
         seen += 1;
+        let mut planners = Planners::new(&scene);
         for method in [Method::CausticsMap, Method::Acm, Method::Asm] {
             let settings = Settings::of(method);
             let lights: Vec<String> =
@@ -219,9 +220,9 @@ fn bundled_scenes_with_mirrors_have_their_plans() {
                 wanted.extend(steps_of_light(light, glass, method));
                 wanted.push(format!("receiver_bake ({light})"));
             }
-            assert_eq!(bake_of(&scene, &settings).step_names(), wanted, "{name} {method:?}");
+            assert_eq!(planners.bake(64, &settings).step_names(), wanted, "{name} {method:?}");
             // A picture takes the same of each light, and besides may fit the map to where refracted light lands.
-            let picture = render_plan(&scene, 0, [64; 2], &settings, &Limits::default()).unwrap().plan;
+            let picture = planners.picture(64, &settings);
             let mut steps = picture.step_names();
             let fits = ["clear landing bounds", "map_fit (", ", landings)"];
             let before = steps.len();

@@ -1,8 +1,10 @@
 //! Scenes made by hand, and what the tests do with them.
 
-use asm_core::{BakePlan, Method, PASSES, Picture, Settings, Splat, Statistics, bake_plan, render_plan};
-use frame_plan::Executor;
+use asm_core::{
+    BakePlan, Method, PASSES, Picture, Planner, Settings, Splat, Statistics, bake_plan, render_plan,
+};
 use frame_plan::cpu::CpuExecutor;
+use frame_plan::{Executor, Limits, Plan};
 use glam::{DMat4, DVec3};
 use spectral_core::dispersion::Dispersion;
 use spectral_core::light::LightSpectrum;
@@ -102,6 +104,30 @@ pub(crate) fn cpu() -> CpuExecutor {
 
 pub(crate) fn plan(scene: &Scene, size: u32, settings: &Settings) -> BakePlan {
     bake_plan(scene, scene.receiver("receiver").unwrap(), [size; 2], settings, &cpu().limits()).unwrap()
+}
+
+/// Plans of one scene under one setting after the other, whose geometry is made once.
+pub(crate) struct Planners<'a> {
+    scene: &'a Scene,
+    bake: Planner,
+    picture: Planner,
+}
+
+impl<'a> Planners<'a> {
+    pub(crate) fn new(scene: &'a Scene) -> Self {
+        Self { scene, bake: Planner::default(), picture: Planner::default() }
+    }
+
+    /// Of a bake on the receiver called `receiver`.
+    pub(crate) fn bake(&mut self, size: u32, settings: &Settings) -> Plan {
+        let receiver = self.scene.receiver("receiver").unwrap();
+        self.bake.bake(self.scene, receiver, [size; 2], settings, &Limits::default()).unwrap().plan
+    }
+
+    /// Of what the first camera sees.
+    pub(crate) fn picture(&mut self, size: u32, settings: &Settings) -> Plan {
+        self.picture.render(self.scene, 0, [size; 2], settings, &Limits::default()).unwrap().plan
+    }
 }
 
 pub(crate) fn run(plan: &BakePlan) -> (IrradianceMaps, Statistics) {

@@ -99,7 +99,7 @@ fn a_floor_behind_clear_glass_is_the_same_with_any_number_of_wavelengths() {
             let scene = floor(colour, spectrum.clone());
             for (count, prune) in [(7, true), (1, false), (7, false), (21, false)] {
                 // One photon per texel of the map, so nothing but rounding remains: weights to 2^-31 and f32.
-                let settings = Settings { wavelengths: Some(count), prune, ..aligned(128) };
+                let settings = Settings { wavelengths: Some(count), prune, ..aligned(32) };
                 let picture = picture_of(&scene, [8; 2], &settings);
                 assert_all_are(&picture, reflected(&spectrum, colour), 1e-5);
             }

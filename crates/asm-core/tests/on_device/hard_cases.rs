@@ -13,7 +13,7 @@ use spectral_scene::{Camera, IrradianceMaps, LightShape, Scene};
 use crate::device;
 use crate::stage::*;
 
-fn bake_on(
+pub(crate) fn bake_on(
     gpu: &mut dyn Executor,
     scene: &Scene,
     size: u32,
@@ -113,21 +113,6 @@ fn one_texel_holds_every_photon() {
         assert_eq!(z, ledger.landed.flux + ledger.beside.flux, "{splat:?}");
         assert!(words[5] > 100, "the low word was full many times: {words:?}");
     }
-}
-
-/// A photon per texel of a view of 4096 x 4096. Sums of 32 bits would be full many times over.
-#[test]
-fn sixteen_million_photons_are_all_accounted_for() {
-    let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
-    let scene = plate_over_floor(glass(1.5), 1.0, sun(DVec3::NEG_Y));
-    let settings = Settings { wavelengths: Some(1), map_size: Some(64), ..aligned(4096) };
-    let (maps, statistics) = bake_on(&mut gpu, &scene, 8, &settings);
-    let ledger = &statistics.lights[0].ledgers[0];
-    // One row and one column are the rasteriser's to choose.
-    let least = 4095_u32.pow(2);
-    assert!((least..=1 << 24).contains(&ledger.emitted.photons), "{ledger:?}");
-    assert_eq!(ledger.aimed.photons, 1 << 24);
-    assert!((f64::from(maps.refracted[27][1]) - 0.96 * 0.96).abs() < 1e-3, "{:?}", maps.refracted[27]);
 }
 
 #[test]
@@ -263,10 +248,12 @@ fn a_map_of_8192_texels_along_a_side_holds_its_light_or_is_refused() {
     let Some(mut gpu) = device::executor(asm_core::PASSES) else { return };
     let limits = gpu.limits();
     let scene = plate_over_floor(glass(1.5), 1.0, sun(DVec3::NEG_Y));
-    let settings = |side| Settings { wavelengths: Some(1), map_size: Some(side), ..aligned(256) };
+    // Photons are spread over 17 x 17 texels, of which every second along a side is looked up: 32 x 128 samples for 8192.
+    let splat = Splat::Gaussian { radius: 8 };
+    let settings = |side| Settings { wavelengths: Some(1), map_size: Some(side), splat, ..aligned(256) };
     let needed = 24 * 8192_u64.pow(2);
     let binding = limits.max_storage_binding_bytes.min(limits.max_buffer_bytes);
-    match bake_plan(&scene, 0, [512; 2], &settings(8192), &limits) {
+    match bake_plan(&scene, 0, [32; 2], &settings(8192), &limits) {
         Ok(plan) => {
             let bytes: u64 = plan.plan.resources.iter().map(|r| r.kind.bytes()).sum();
             assert!(needed <= binding && bytes <= limits.max_total_bytes, "{bytes} bytes in {limits:?}");
@@ -275,8 +262,7 @@ fn a_map_of_8192_texels_along_a_side_holds_its_light_or_is_refused() {
             let (maps, statistics) = plan.read(&mut gpu).unwrap();
             let ledger = &statistics.lights[0].ledgers[0];
             assert!(ledger.balances() && ledger.landed.photons > 250 * 250, "{ledger:?}");
-            // Every photon is a point of one texel, which one sample sees.
-            let mean = total(&maps.refracted)[1] / 512_f64.powi(2);
+            let mean = total(&maps.refracted)[1] / 32_f64.powi(2);
             assert!((mean - 0.96 * 0.96).abs() < 1e-3, "{mean}");
         }
         Err(PlanError::Limit { what, needed: got, max, remedy, .. }) if needed > binding => {

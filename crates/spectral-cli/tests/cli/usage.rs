@@ -148,7 +148,7 @@ fn options_without_effect_are_accepted_with_a_warning() {
     for (options, words) in [
         ("--method caustics-map --wavelengths 1 --bounces 2", ["--bounces 2", "caustics-map"]),
         ("--method acm --wavelengths 1 --bounces 1", ["--bounces 1", "acm"]),
-        ("--method asm --bounces 3 --seed 7", ["--bounces 3", "asm"]),
+        ("--method asm --wavelengths 1 --bounces 3 --seed 7", ["--bounces 3", "asm"]),
         ("--method caustics-map --wavelengths 1 --photons 10", ["--photons", "caustics-map"]),
         ("--method caustics-map --wavelengths 1 --noise 0.1", ["--noise", "caustics-map"]),
         ("--method reference --photons 1000 --wavelengths 7", ["--wavelengths 7", "80 are used"]),
@@ -160,8 +160,8 @@ fn options_without_effect_are_accepted_with_a_warning() {
         assert!(words.iter().all(|word| stderr.contains(word)), "{options}: {stderr}");
     }
     for options in [
-        "--method asm --bounces 0 --seed 7",
-        "--method asm --refraction traced --bounces 2",
+        "--method asm --wavelengths 1 --bounces 0 --seed 7",
+        "--method asm --wavelengths 1 --refraction traced --bounces 2",
         "--method reference --photons 1000 --wavelengths 80 --bounces 2",
     ] {
         assert_eq!(run(options), "", "{options}");
