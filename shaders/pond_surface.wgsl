@@ -170,7 +170,7 @@ fn pond_surface(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_inv
 
 fn light_sample(at: vec2<u32>) {
     let index = pond_index(params.grid, at);
-    if !(params.floor_m + heights[index] > 0.0) {
+    if params.floor_m + heights[index] <= 0.0 {
         atomicAdd(&counted[GROUNDED], 1u);
     }
     let across = ends(i32(at.x), i32(params.grid.size.x));

@@ -48,9 +48,10 @@ fn prt_gloss(
     let function_blocks = params.vertex_blocks - (groups.z - id.z) * params.blocks;
     var transfer: array<f32, 25>;
     let at = points[vertex];
-    let ray = view_ray_through(views[params.camera_view], at.position);
+    let view = views[params.camera_view];
     // Who looks from the vertex itself looks in no direction.
-    if at.row != MATT && dot(ray.direction, ray.direction) > 0.0 {
+    if at.row != MATT && any(at.position != view.eye) {
+        let ray = view_ray_through(view, at.position);
         var lobe = harmonics(params.bands, reflect(ray.direction, at.normal));
         for (var l = 0u; l < params.bands; l++) {
             let factor = lobes[at.lobe + l];

@@ -1,7 +1,7 @@
 // Relit surfaces as a camera sees them: pixel means over a grid of samples. A pass that shades has these bindings and says
 // what albedo is; host side: spectral-prt's `shared/prt_picture.rs`.
 //
-// blocks   of four terms: for each function q of transfer the coefficients j of the spectral basis, padded to fours
+// blocks   of four terms: for each function q of transfer, and then of gloss, the coefficients j of the spectral basis, padded to fours
 
 struct PrtPicture {
     shown_from_x: vec3<f32>, // columns of the matrix from XYZ of radiance times pi to the picture: exposure, white balance

@@ -50,7 +50,7 @@ pub(crate) struct PrtArgs {
     bounces: u32,
     /// Let objects shine: a lobe about the mirrored view, over what the sky and with --bounces other objects send there, as rough as glTF materials say, or all as rough as
     /// this, 0 to 1. Metals have nothing but the lobe, others lose to it what Fresnel reflects at normal incidence.
-    #[arg(long, value_name = "ROUGHNESS|material", num_args = 0..=1, default_missing_value = "material", allow_negative_numbers = true, conflicts_with = "figure")]
+    #[arg(long, value_name = "ROUGHNESS|material", num_args = 0..=1, require_equals = true, default_missing_value = "material", allow_negative_numbers = true, conflicts_with = "figure")]
     gloss: Option<Gloss>,
     /// Width and height of the picture, or of a panel, in pixels [default: 1280x720, panels 640x360].
     #[arg(long, value_name = "WxH", allow_hyphen_values = true)]

@@ -56,7 +56,7 @@ pub struct ViewArgs {
     #[arg(long, value_name = "L", value_parser = clap::value_parser!(u8).range(1..=10), allow_negative_numbers = true)]
     pub(crate) bands: Option<u8>,
     /// Let what is relit shine, as for `spectral prt`.
-    #[arg(long, value_name = "ROUGHNESS|material", num_args = 0..=1, default_missing_value = "material", allow_negative_numbers = true)]
+    #[arg(long, value_name = "ROUGHNESS|material", num_args = 0..=1, require_equals = true, default_missing_value = "material", allow_negative_numbers = true)]
     pub(crate) gloss: Option<Gloss>,
     /// Number of wavelengths [default: the method's].
     #[arg(long, value_name = "N", value_parser = values::traced_wavelengths, allow_negative_numbers = true)]

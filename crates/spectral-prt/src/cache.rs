@@ -1,8 +1,9 @@
 //! Transfer on disk, under the hash of everything it depends on.
 //!
 //! A file has a header and one record per chunk of 1024 vertices, each with the SHA-256 of its content and of its place.
-//! Bounces have such records too, chunk by chunk of each. Records are written as soon as they are computed, so a killed run loses the chunk it was at; what is missing, cut off
-//! or altered is computed again. Every chunk has one possible content: two programs may write one file at once.
+//! Bounces have such records too, chunk by chunk of each. Records are written as soon as they are computed, so a killed run
+//! loses the chunk it was at; what is missing, cut off or altered is computed again. Every chunk has one possible content:
+//! two programs may write one file at once.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self, Read, Seek, SeekFrom, Write};
@@ -16,8 +17,8 @@ use crate::error::PrtError;
 use crate::surface::Surface;
 use crate::transfer::{CHUNK_VERTICES, Transfer, TransferSettings, Work};
 
-/// Changes with the file's layout and with every change of what [`precompute`](crate::precompute) finds.
-const VERSION: &[u8] = b"spectral-prt transfer 2";
+/// Changes with the file's layout and with every change of what [`precompute`](crate::precompute) and [`add_bounces`](crate::add_bounces) find.
+const VERSION: &[u8] = b"spectral-prt transfer 3";
 const DIGEST: usize = 32;
 
 /// A transfer and where it came from.

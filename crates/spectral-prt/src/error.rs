@@ -138,6 +138,9 @@ pub enum PrtError {
         /// Surfaces there are.
         surfaces: usize,
     },
+    /// No lobe at all.
+    #[error("no surface has a lobe; leave gloss out where nothing shines")]
+    NothingShines,
     /// Gloss and interreflection of different scenes.
     #[error("the transfer with bounces is of other surfaces or bands than the gloss")]
     OtherBounces,

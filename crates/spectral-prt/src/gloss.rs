@@ -30,6 +30,9 @@ use crate::transfer::{CHUNK_VERTICES, Transfer, TransferSettings, Work};
 /// Sharper than any that ten bands can tell from a mirror.
 const MAX_EXPONENT: f64 = 1e6;
 
+/// Exponents that are tried from the broadest lobe to the sharpest.
+const STEPS: u32 = 200;
+
 /// How sharp a lobe is: the exponent s of its cosine, 0 to 10^6.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PhongLobe(f64);
@@ -47,22 +50,27 @@ impl PhongLobe {
         }
     }
 
-    /// The lobe of a glTF roughness, 0 to 1: alpha is its square, and the exponent 2 / alpha^2 - 2 (Walter et al. 2007, "Microfacet
-    /// models for refraction through rough surfaces", section 5.3).
+    /// The lobe of a glTF roughness, 0 to 1. Its square is alpha, and the facets' normals have the exponent 2 / alpha^2 - 2 (Walter et al. 2007,
+    /// "Microfacet models for refraction through rough surfaces", section 5.3); the mirrored direction turns by twice as much as they
+    /// do, so its exponent is a quarter of that.
     pub fn of_roughness(roughness: f64) -> Self {
         let alpha = roughness.clamp(0.0, 1.0).powi(2);
-        Self((2.0 / (alpha * alpha) - 2.0).min(MAX_EXPONENT))
+        Self((0.5 / (alpha * alpha) - 0.5).min(MAX_EXPONENT))
     }
 
-    /// The sharpest lobe that so many bands hold a share of: sharper ones ring, darker than nothing on their sides.
-    pub fn sharpest(bands: Bands, share: f64) -> Self {
-        // Broad lobes are held by all but the fewest bands; from there on the share falls with the exponent.
-        let (mut held, mut lost) = (0.0, MAX_EXPONENT);
+    /// The sharpest lobe that so many bands hold a share of, if there is one: sharper ones ring, darker than nothing on their sides.
+    pub fn sharpest(bands: Bands, share: f64) -> Option<Self> {
+        // From the sharpest of these on the share falls with the exponent.
+        let mut exponents =
+            (0..=STEPS).rev().map(|step| MAX_EXPONENT.powf(f64::from(step) / f64::from(STEPS)) - 1.0);
+        let mut held = exponents.find(|&exponent| Self(exponent).held_by(bands) >= share)?;
+        let next = (held + 1.0) * MAX_EXPONENT.powf(1.0 / f64::from(STEPS)) - 1.0;
+        let mut lost = next.min(MAX_EXPONENT);
         for _ in 0..60 {
             let middle = 0.5 * (held + lost);
             if Self(middle).held_by(bands) >= share { held = middle } else { lost = middle }
         }
-        Self(held)
+        Some(Self(held))
     }
 
     /// The exponent.
@@ -72,7 +80,7 @@ impl PhongLobe {
 
     /// The glTF roughness of this lobe.
     pub fn roughness(self) -> f64 {
-        (2.0 / (self.0 + 2.0)).powf(0.25)
+        (2.0 * self.0 + 1.0).powf(-0.25)
     }
 
     /// What each degree of harmonics about the mirrored direction is multiplied with (Funk & Hecke): 2 pi times the integral of f P_l.
@@ -112,7 +120,7 @@ impl GlossTransfer {
     ///
     /// # Errors
     /// [`PrtError::GlossBands`] if `transfer` has fewer than 2 `bands` - 1; [`PrtError::Lobes`] if there is not one entry of `lobes` for
-    /// each of its surfaces.
+    /// each of its surfaces; [`PrtError::NothingShines`] if none has one.
     pub fn new(transfer: &Transfer, bands: Bands, lobes: &[Option<PhongLobe>]) -> Result<Self, PrtError> {
         let needed = 2 * bands.count() - 1;
         if transfer.bands().count() < needed {
@@ -121,6 +129,9 @@ impl GlossTransfer {
         let surfaces = transfer.vertices.len();
         if lobes.len() != surfaces {
             return Err(PrtError::Lobes { got: lobes.len(), surfaces });
+        }
+        if lobes.iter().all(Option::is_none) {
+            return Err(PrtError::NothingShines);
         }
         let products = Products::new(bands);
         let shining = lobes.iter().enumerate().filter(|(_, lobe)| lobe.is_some());

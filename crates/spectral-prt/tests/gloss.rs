@@ -177,12 +177,13 @@ fn lobes_see_what_surfaces_send() {
 #[test]
 fn bands_hold_lobes_up_to_a_sharpness() {
     for (count, exponent) in [(3, 3.2), (4, 6.3), (5, 10.2)] {
-        let sharpest = PhongLobe::sharpest(bands(count), 0.9);
+        let sharpest = PhongLobe::sharpest(bands(count), 0.9).expect("a lobe");
         println!("{count} bands hold 9 tenths of an exponent of {:.1}", sharpest.exponent());
         assert!((sharpest.exponent() - exponent).abs() < 0.1, "{count}: {}", sharpest.exponent());
         assert!(sharpest.held_by(bands(count)) >= 0.9);
         assert!(lobe(1.01 * sharpest.exponent()).held_by(bands(count)) < 0.9);
     }
+    assert_eq!(PhongLobe::sharpest(bands(1), 0.9), None, "one band holds the mean alone");
 }
 
 /// An exponent of 1 about the normal is the clamped cosine times 3 / (2 pi).
@@ -198,8 +199,8 @@ fn a_lobe_of_exponent_1_is_a_cosine() {
 #[test]
 fn roughness_becomes_an_exponent() {
     assert_eq!(PhongLobe::of_roughness(1.0).exponent(), 0.0);
-    assert!((PhongLobe::of_roughness(0.5).exponent() - 30.0).abs() < 1e-12);
-    assert!((lobe(30.0).roughness() - 0.5).abs() < 1e-12);
+    assert!((PhongLobe::of_roughness(0.5).exponent() - 7.5).abs() < 1e-12);
+    assert!((lobe(7.5).roughness() - 0.5).abs() < 1e-12);
     for factor in PhongLobe::of_roughness(0.0).degree_factors(Bands::MAX) {
         assert!((factor - 1.0).abs() < 1e-4, "{factor}");
     }
@@ -216,6 +217,7 @@ fn what_makes_no_gloss_is_refused() {
         text(5, &[]),
         "0 lobes for 1 surfaces; there is one for each, or none for what does not shine"
     );
+    assert_eq!(text(5, &[None]), "no surface has a lobe; leave gloss out where nothing shines");
     for exponent in [-0.1, f64::NAN, 2e6] {
         let error = PhongLobe::new(exponent).expect_err("no lobe").to_string();
         assert_eq!(error, format!("a lobe of exponent {exponent}; 0 to 1000000 are possible"));

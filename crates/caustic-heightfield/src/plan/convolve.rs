@@ -120,7 +120,7 @@ impl Kernels {
     /// What there is to be written for other terms, with nothing in what is only room up to `count` terms.
     ///
     /// # Errors
-    /// Offsets that there is no room for.
+    /// Offsets, or parts that they are summed in, that there is no room for.
     pub(super) fn filled<T: Sample>(&self, terms: &TermSum<T>, count: usize) -> Result<Filled, PondError> {
         let room = |what, got, max| if got > max { Err(PondError::Room { what, got, max }) } else { Ok(()) };
         match self {

@@ -72,7 +72,8 @@ pub struct Room {
     pub terms: usize,
     /// States in the table of their coefficients, likewise.
     pub states: usize,
-    /// Offsets of a kernel that is summed in space, likewise.
+    /// Offsets of a kernel that is summed in space, likewise. They are summed in as many parts as the first kernels need, so kernels that need
+    /// more parts have no room, whatever this says.
     pub offsets: usize,
 }
 

@@ -66,8 +66,7 @@ impl Shine {
     }
 
     /// No lobe sharper than bands hold; those that were are warned about.
-    fn within(&mut self, bands: Bands, warnings: &mut Vec<String>) {
-        let sharpest = PhongLobe::sharpest(bands, HELD);
+    fn within(&mut self, bands: Bands, sharpest: PhongLobe, warnings: &mut Vec<String>) {
         for (name, lobe) in self.names.iter().zip(&mut self.lobes) {
             if let Some(lobe) = lobe
                 && lobe.exponent() > sharpest.exponent()
@@ -99,11 +98,16 @@ pub(super) fn transfers(
     let Some(shine) = shine else {
         return Ok((transfer(&figure.surfaces, bands, figure.rays)?, None));
     };
-    let most = Bands::MAX.count().div_ceil(2);
-    let problem =
-        |_| CliError::usage(format!("--bands {}: with --gloss 1 to {most} are possible", bands.count()));
-    let of_lobes = Bands::new(2 * u8::from(bands) - 1).map_err(problem)?;
-    shine.within(bands, warnings);
+    // One band holds no lobe, and there is no transfer for those of more than five.
+    let possible = (Bands::new(2 * u8::from(bands) - 1).ok()).zip(PhongLobe::sharpest(bands, HELD));
+    let Some((of_lobes, sharpest)) = possible else {
+        let most = Bands::MAX.count().div_ceil(2);
+        return Err(CliError::usage(format!(
+            "--bands {}: with --gloss 2 to {most} are possible",
+            bands.count()
+        )));
+    };
+    shine.within(bands, sharpest, warnings);
     let wide = transfer(&figure.surfaces, of_lobes, figure.rays)?;
     let gloss = GlossTransfer::new(&wide, bands, &shine.lobes).map_err(CliError::failed)?;
     Ok((wide.with_bands(bands), Some(gloss)))

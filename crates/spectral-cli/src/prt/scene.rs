@@ -195,7 +195,7 @@ pub(super) fn painted(
     };
     if gloss.is_some() && shine.count() == 0 {
         return Err(CliError::usage(format!(
-            "--gloss: nothing in {name} shines, all materials have roughness 1; --gloss 0.5 makes all of them shine"
+            "--gloss: with roughness 1 nothing in {name} shines, since nothing is metal; --gloss=0.5 makes all of it shine"
         )));
     }
     let albedos = (0..surfaces.len() as u32).map(Albedo::Entry).collect();

@@ -85,7 +85,7 @@ fn metal_shines_where_it_is_asked_to() {
     let (metal, with) = run("--gloss");
     assert!(said(&with, "less sharp") && !said(&with, "left out") && with["glossy_objects"] == 1, "{with}");
     assert_ne!(matt, metal);
-    let (rougher, broad) = run("--gloss 0.8");
+    let (rougher, broad) = run("--gloss=0.8");
     assert!(!said(&broad, "less sharp") && broad["glossy_objects"] == 2, "{broad}");
     assert_ne!(metal, rougher);
 }
@@ -177,9 +177,10 @@ fn what_makes_no_sense_is_refused_before_any_work() {
     refused("prt --figure 1 --environment A -o p.png", &["--environment"]);
     refused("prt -o p.png", &["SCENE"]);
     refused("prt prism --bands 11 -o p.png", &["--bands", "1..=10"]);
-    refused("prt prism --gloss 1.5 -o p.png", &["--gloss", "0 to 1"]);
-    refused("prt metal-ring --gloss --bands 6 -o p.png", &["--bands 6", "1 to 5"]);
-    refused("prt glass --gloss -o p.png", &["--gloss", "roughness 1"]);
+    refused("prt prism --gloss=1.5 -o p.png", &["--gloss", "0 to 1"]);
+    refused("prt metal-ring --gloss --bands 6 -o p.png", &["--bands 6", "2 to 5"]);
+    refused("prt metal-ring --gloss --bands 1 -o p.png", &["--bands 1", "2 to 5"]);
+    refused("prt --gloss glass -o p.png", &["--gloss", "roughness 1", "--gloss=0.5"]);
     refused("prt --figure 1 --gloss -o p.png", &["--gloss"]);
     refused("prt nothing-like-it -o p.png", &["nothing-like-it"]);
     spectral("prt prism --backend cpu --adapter x -o p.png").bad_usage(&["--adapter \"x\" names a GPU"]);

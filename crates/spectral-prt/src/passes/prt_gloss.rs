@@ -119,12 +119,12 @@ impl Inputs<'_> {
     fn transfer(&self, at: &PrtGlossPoint, function: usize) -> [f32; MOST_HARMONICS] {
         let PrtGloss { bands, rows, camera_view, .. } = self.params;
         let mut transfer = [0.0; MOST_HARMONICS];
-        let ray = self.views[camera_view as usize].ray_through(at.position);
-        // Who looks from the vertex itself looks in no direction, and NaN is not above 0.
-        let looked_at = ray.direction.length_squared() > 0.0;
-        if at.row == MATT || !looked_at {
+        let view = &self.views[camera_view as usize];
+        // Who looks from the vertex itself looks in no direction.
+        if at.row == MATT || at.position == view.eye {
             return transfer;
         }
+        let ray = view.ray_through(at.position);
         let (bands, rows) = (bands as usize, rows as usize);
         let mut lobe = harmonics(bands, ray.direction.reflect(at.normal));
         for l in 0..bands {

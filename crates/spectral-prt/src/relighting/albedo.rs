@@ -148,10 +148,11 @@ impl Palette {
     /// And what the lobe of each entry reflects, 0 to 1; 0 at all wavelengths where it has none.
     ///
     /// # Panics
-    /// If there is not one for each entry; as [`Projection::albedo`].
+    /// If there is not one for each entry, or the projection has another number of coefficients than the palette's; as [`Projection::albedo`].
     #[must_use]
     pub fn with_gloss(mut self, projection: &Projection<'_>, reflectances: &[Vec<f64>]) -> Self {
         assert_eq!(reflectances.len(), self.len(), "reflectances of lobes for other entries");
+        assert_eq!(projection.coefficients(), self.coefficients, "another projection than the palette's");
         for (entry, reflectance) in self.entries.iter_mut().zip(reflectances) {
             entry.extend(projection.albedo(reflectance));
         }
@@ -234,9 +235,10 @@ impl SpectralMap {
     /// And what the lobe reflects, 0 to 1, everywhere the same.
     ///
     /// # Panics
-    /// As [`Projection::albedo`].
+    /// If the projection has another number of coefficients than the map's; as [`Projection::albedo`].
     #[must_use]
     pub fn with_gloss(mut self, projection: &Projection<'_>, reflectance: &[f64]) -> Self {
+        assert_eq!(projection.coefficients(), self.coefficients, "another projection than the map's");
         for albedo in &mut self.albedos {
             albedo.extend(projection.albedo(reflectance));
         }

@@ -135,8 +135,9 @@ impl RelitScene<'_> {
         functions: usize,
         coefficients: usize,
     ) -> Result<(), RelightingError> {
+        let with = if self.gloss.is_some() { "the transfer with gloss" } else { "the transfer" };
         for (got, unit, with, expected) in [
-            (functions, "functions of the wavelength", "the transfer, with gloss,", self.functions()),
+            (functions, "functions of the wavelength", with, self.functions()),
             (coefficients, "spectral coefficients", "the palette", self.coefficients()),
         ] {
             if got != expected {

@@ -150,7 +150,7 @@ fn gloss_that_does_not_fit_is_refused() {
     let text = |stage: Stage<'_>| stage.plan(&first).expect_err("a bad plan").to_string();
     assert_eq!(
         text(stage(&five)),
-        "the palette has 1 functions of the wavelength, the transfer, with gloss, has 2"
+        "the palette has 1 functions of the wavelength, the transfer with gloss has 2"
     );
     assert_eq!(text(stage(&three)), "gloss has 3 bands of harmonics, the transfer has 5");
     let (other, _) = transfers(&ball_and_wall());

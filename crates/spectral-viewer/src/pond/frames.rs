@@ -74,7 +74,7 @@ impl Frames {
             (_, asked) => self.asked = asked,
         }
         if let Some(Running { planned: Planned { plan, .. }, outside, frames, .. }) = &mut self.running
-            && *frames > COUNTED_AFTER
+            && *frames >= COUNTED_AFTER
         {
             let states: f64 = job.samples().iter().product::<usize>() as f64;
             *outside = plan.latest_outside_states(&mut self.executor).map_or(*outside, |n| n as f64 / states);
