@@ -30,8 +30,8 @@ pub struct DisplayPass {
     layout: Owned<vk::PipelineLayout>,
     _set_layout: Owned<vk::DescriptorSetLayout>,
     _pool: Owned<vk::DescriptorPool>,
-    /// A set per frame that may be unfinished, and the picture it shows.
-    sets: Vec<(vk::DescriptorSet, vk::Buffer)>,
+    /// A set per frame that may be unfinished.
+    sets: Vec<vk::DescriptorSet>,
     /// A block per frame that may be unfinished.
     params: Buffer,
     stride: u64,
@@ -65,7 +65,7 @@ impl DisplayPass {
         let stride = (size_of::<DisplayParams>() as u64).next_multiple_of(alignment);
         let usage = vk::BufferUsageFlags::UNIFORM_BUFFER;
         let buffer = Buffer::new(&gpu, "display", stride * frames as u64, usage, MemoryLocation::CpuToGpu)?;
-        let set = |_| Ok((descriptor::set(&gpu, &pool, &set_layout)?, vk::Buffer::null()));
+        let set = |_| descriptor::set(&gpu, &pool, &set_layout);
         Ok(Self {
             sets: (0..frames).map(set).collect::<Result<_, ExecuteError>>()?,
             pipeline,
@@ -139,13 +139,10 @@ impl DisplayPass {
         let offset = place * self.stride as usize;
         let bytes = bytemuck::bytes_of(&params);
         self.params.mapped_mut()?[offset..offset + bytes.len()].copy_from_slice(bytes);
-        let (set, shown) = &mut self.sets[place];
-        if *shown != buffer {
-            let block = Entry::Params(self.params.raw(), bytes.len() as u64);
-            descriptor::write(&self.gpu, *set, &[block, Entry::Buffer(buffer)]);
-            *shown = buffer;
-        }
-        let set = *set;
+        let set = self.sets[place];
+        // In every frame: another plan's buffer may have the handle of one that is gone.
+        let block = Entry::Params(self.params.raw(), bytes.len() as u64);
+        descriptor::write(&self.gpu, set, &[block, Entry::Buffer(buffer)]);
         let access = Access::color_target(false);
         color_image(&self.gpu, commands, target.image, (target.layout_before, access.layout));
         let attachment = [vk::RenderingAttachmentInfo::default()
