@@ -218,7 +218,13 @@ impl GlossTransfer {
 
     /// How many vertices shine.
     pub fn rows(&self) -> usize {
-        self.lobes.iter().zip(&self.vertices).filter_map(|(lobe, vertices)| lobe.map(|_| vertices)).sum()
+        self.rows_before(self.lobes.len())
+    }
+
+    /// How many vertices shine of the surfaces before one.
+    fn rows_before(&self, surface: usize) -> usize {
+        let before = self.lobes[..surface].iter().zip(&self.vertices);
+        before.filter_map(|(lobe, vertices)| lobe.map(|_| vertices)).sum()
     }
 
     /// G_qi of one vertex for the mirrored direction r, function after function: with the light's coefficients L_i, sum G_i L_i times the
@@ -229,8 +235,7 @@ impl GlossTransfer {
     pub fn toward(&self, surface: usize, vertex: usize, mirrored: DVec3) -> Vec<Vec<f64>> {
         let lobe = self.lobes[surface].expect("a surface that shines");
         assert!(vertex < self.vertices[surface], "no such vertex");
-        let before = self.lobes[..surface].iter().zip(&self.vertices);
-        let row: usize = before.filter_map(|(lobe, vertices)| lobe.map(|_| vertices)).sum::<usize>() + vertex;
+        let row = self.rows_before(surface) + vertex;
         let n = self.bands.coefficients();
         let of_vertex = self.functions * n * n;
         let mut about = sh::harmonics(self.bands, mirrored);
