@@ -154,7 +154,7 @@ fn footprint_split(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
         return;
     }
     let split = split_of_cell(emitted);
-    let class_ = urgency(split.stake, emitted.cell.at);
+    let class_ = urgency(split.stake, emitted.cell.at / params.cells.tile_stride);
     atomicStore(&queues[params.cells.splits + i], select(split.along | (class_ << SPLIT_CLASS), 0u, split.along == TOGETHER));
     if split.along != TOGETHER {
         atomicAdd(&queues[params.cells.next + QUEUE_HEAD + class_], select(1u, 2u, split.along == BANDS_APART));

@@ -12,14 +12,14 @@ struct FootprintCells {
     materials: u32,    // row length of `optics`; rows of `bands` have one more, the light itself
     first_optics: u32, // row of this light
     bins: u32,         // of the whole spectrum
-    queue: u32,        // first word in `queues`; NO_QUEUE: cells lie between the texel centres of the emission view, in a tile of it
+    queue: u32,        // first word in `queues`; NO_QUEUE: cells lie between the texel centres of the emission view, and a tile of them is meant
     first_place: u32,  // of the queued patches
     splits: u32,       // first word of what the cells are split into, in `queues`
     next: u32,         // first word of the queue that splits go to; NO_QUEUE: none are made, and what lands is added up instead
     capacity: u32,     // of that queue, patches
     max_groups: u32,   // of the device, per dimension
-    tile: u32,         // its first cell, where they lie in the emission view: x, y << 16
-    tile_side: u32,    // cells
+    tile: u32,         // its first cell: x, y << 16
+    tile_stride: u32,  // from a cell of the tile to the next one in x or y, cells; 1 for patches
 }
 
 const NO_QUEUE: u32 = 0xffffffffu;
@@ -69,7 +69,7 @@ fn class_of(stake: u32) -> u32 {
     return min(2u * (bit - 22u) + ((max(stake, NEGLIGIBLE) >> (bit - 1u)) & 1u), CLASSES / 4u - 1u);
 }
 
-// Class of urgency of a split; of equal stakes every fourth cell comes before the others, so that queues are filled evenly.
+// Class of urgency of a split; of equal stakes every fourth cell of a tile comes before the others, so that queues are filled evenly.
 fn urgency(stake: u32, at: vec2<u32>) -> u32 {
     return 4u * class_of(stake) + 2u * ((at.x ^ at.y) & 1u) + (at.y & 1u);
 }
@@ -89,10 +89,10 @@ fn emitted_cell(i: u32) -> Emitted {
     if cells.queue == NO_QUEUE {
         let size = views[cells.emission_view].size;
         let first = vec2<u32>(cells.tile & 0xffffu, cells.tile >> 16u);
-        let tile = min(vec2<u32>(cells.tile_side), size - 1u - first);
-        let at = first + vec2<u32>(i % tile.x, i / tile.x);
+        let tile = (size - 1u - first + cells.tile_stride - 1u) / cells.tile_stride;
+        let at = first + cells.tile_stride * vec2<u32>(i % tile.x, i / tile.x);
         let cell = FootprintCell(at, vec2<u32>(0u), 0u, cells.bins);
-        return Emitted(at.y < first.y + tile.y, cell, at.y * size.x + at.x, 1u, size.x, at, size - 2u - at);
+        return Emitted(at.y < size.y - 1u, cell, at.y * size.x + at.x, 1u, size.x, at, size - 2u - at);
     }
     let slot = i / PATCH_CELLS;
     let child = i % PATCH_CELLS;

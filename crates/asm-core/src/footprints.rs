@@ -42,7 +42,8 @@ const MOST_CELLS: u32 = 1 << 16;
 const CAPACITY: u32 = 4096;
 
 /// Cells along a side of a tile, while there are not too many of them. Every tile has queues of its own, so that memory does not grow
-/// with what has to be split, which does with the cells. Every tile takes dispatches of its own, too.
+/// with what has to be split, which does with the cells. Every tile takes dispatches of its own, too. Tiles are interleaved: light
+/// through a slit is all in a few columns of cells, and would be in a few tiles otherwise, whose queues were too short for it.
 const TILE_SIDE: u32 = 32;
 
 /// Most tiles along a side.
@@ -61,7 +62,8 @@ pub(crate) struct Footprints {
     pub(crate) work: ResourceId,
     /// Places of the emission view.
     texels: u32,
-    tile_side: u32,
+    /// Most cells of a tile.
+    tile_cells: u32,
     tiles_across: u32,
     rounds: u32,
     /// Landings of a path.
@@ -92,8 +94,8 @@ impl Footprints {
         let paths = places * nodes;
         let cells = settings.emission_size - 1;
         let tiles_across = cells.div_ceil(TILE_SIDE).clamp(1, MOST_TILES);
-        let tile_side = cells.div_ceil(tiles_across);
-        let splits = u64::from(tile_side.pow(2).max(PATCH_CELLS * CAPACITY));
+        let tile_cells = cells.div_ceil(tiles_across).pow(2);
+        let splits = u64::from(tile_cells.max(PATCH_CELLS * CAPACITY));
         let queues = u64::from(tiles_across.pow(2) * rounds);
         let words = QUEUES_HEAD as u64 + queues * QUEUE_WORDS + splits;
         let remedy = "emission_size";
@@ -111,7 +113,7 @@ impl Footprints {
             ends: resources.buffer("path ends", size_of::<PathEnds>() as u64 * paths, remedy)?,
             work,
             texels,
-            tile_side,
+            tile_cells,
             tiles_across,
             rounds,
             orders,
@@ -177,9 +179,8 @@ impl OverCells {
     /// As those of the cells of a tile.
     fn of_tile(&self, footprints: &Footprints, tile: u32) -> Self {
         let across = footprints.tiles_across;
-        let first = [tile % across, tile / across].map(|number| number * footprints.tile_side);
-        let (next, tile) = (footprints.queue(tile, 0), first[0] | first[1] << 16);
-        self.with(FootprintCells { next, tile, tile_side: footprints.tile_side, ..self.splat.cells })
+        let (next, tile) = (footprints.queue(tile, 0), (tile % across) | (tile / across) << 16);
+        self.with(FootprintCells { next, tile, tile_stride: across, ..self.splat.cells })
     }
 
     /// As those of what these cells are split into.
@@ -193,7 +194,7 @@ impl OverCells {
             keeps_bounds: 0,
             ..self.trace
         };
-        Self { trace, ..self.with(FootprintCells { queue, first_place, next, ..self.splat.cells }) }
+        Self { trace, ..self.with(FootprintCells { queue, first_place, next, tile: 0, tile_stride: 1, ..self.splat.cells }) }
     }
 }
 
@@ -250,7 +251,7 @@ impl Caustics<'_> {
             capacity: CAPACITY,
             max_groups: self.resources.max_groups(),
             tile: 0,
-            tile_side: self.settings.emission_size,
+            tile_stride: 1,
         };
         let deepest = (MOST_CELLS / self.settings.emission_size).ilog2();
         let split = FootprintSplit {
@@ -433,9 +434,8 @@ impl Caustics<'_> {
         [trace_bindings, split_bindings, queue_bindings, splat_bindings]: [&[Bound]; 4],
     ) {
         let max_groups = self.resources.max_groups();
-        let cells = footprints.tile_side.min(self.settings.emission_size - 1).pow(2);
         let [split_groups, splat_groups] =
-            [1, over.splat.cells.orders].map(|deep| queue_groups(cells, CELLS_PER_GROUP, deep, max_groups));
+            [1, over.splat.cells.orders].map(|deep| queue_groups(footprints.tile_cells, CELLS_PER_GROUP, deep, max_groups));
         let each: Vec<_> = (0..footprints.tiles())
             .flat_map(|tile| {
                 let over = over.of_tile(footprints, tile);

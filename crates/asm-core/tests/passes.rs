@@ -116,7 +116,7 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             &FOOTPRINT_QUEUE,
             layout!(FootprintCells as "FootprintCells" {
                 emission_view, landing_view, map_view, nodes, orders, materials, first_optics, bins, queue,
-                first_place, splits, next, capacity, max_groups, tile, tile_side,
+                first_place, splits, next, capacity, max_groups, tile, tile_stride,
             }),
         ),
         (

@@ -119,7 +119,7 @@ pub fn footprint_split(inputs: &Inputs<'_>) {
             return;
         }
         let (along, stake) = inputs.split(&emitted);
-        let class = urgency(stake, emitted.cell.at);
+        let class = urgency(stake, emitted.cell.at / params.tile_stride);
         let word = if along == TOGETHER { 0 } else { along | class << SPLIT_CLASS };
         queues[(params.splits + i) as usize].store(word, Ordering::Relaxed);
         if along != TOGETHER {

@@ -30,7 +30,7 @@ pub struct FootprintCells {
     pub first_optics: u32,
     /// Of the whole spectrum.
     pub bins: u32,
-    /// First word in `queues`; [`NO_QUEUE`]: cells lie between the texel centres of the emission view, in a tile of it.
+    /// First word in `queues`; [`NO_QUEUE`]: cells lie between the texel centres of the emission view, and a tile of them is meant.
     pub queue: u32,
     /// First place of the queued patches' corners.
     pub first_place: u32,
@@ -42,10 +42,10 @@ pub struct FootprintCells {
     pub capacity: u32,
     /// Most workgroups of the device, per dimension.
     pub max_groups: u32,
-    /// First cell of the tile, where they lie in the emission view: x, y << 16.
+    /// First cell of the tile: x, y << 16.
     pub tile: u32,
-    /// Cells along each side of a tile.
-    pub tile_side: u32,
+    /// From a cell of the tile to the next one in x or y, cells; 1 for patches.
+    pub tile_stride: u32,
 }
 
 /// No patches are queued.
@@ -116,7 +116,7 @@ fn class_of(stake: u32) -> u32 {
     (2 * (bit - NEGLIGIBLE.ilog2()) + (stake >> (bit - 1) & 1)).min(CLASSES as u32 / 4 - 1)
 }
 
-/// Class of urgency of a split; of equal stakes every fourth cell comes before the others, so that queues are filled evenly.
+/// Class of urgency of a split; of equal stakes every fourth cell of a tile comes before the others, so that queues are filled evenly.
 pub fn urgency(stake: u32, at: UVec2) -> u32 {
     4 * class_of(stake) + 2 * ((at.x ^ at.y) & 1) + (at.y & 1)
 }
@@ -141,7 +141,7 @@ impl Cells<'_> {
         let params = &self.params;
         let first = UVec2::new(params.tile & 0xffff, params.tile >> 16);
         let cells = self.views[params.emission_view as usize].size - 1;
-        (first, UVec2::splat(params.tile_side).min(cells - first))
+        (first, (cells - first + params.tile_stride - 1) / params.tile_stride)
     }
 
     /// Cells of the tile, or all that the patches of the queue may have.
@@ -163,7 +163,7 @@ impl Cells<'_> {
         if params.queue == NO_QUEUE {
             let size = self.views[params.emission_view as usize].size;
             let (first, cells) = self.tile();
-            let at = first + UVec2::new(i % cells.x, i / cells.x);
+            let at = first + params.tile_stride * UVec2::new(i % cells.x, i / cells.x);
             let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
             let place = at.y * size.x + at.x;
             return Some(Emitted { cell, place, traced: 1, row: size.x, before: at, behind: size - 2 - at });
