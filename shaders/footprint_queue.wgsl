@@ -9,25 +9,23 @@ struct FootprintQueue {
 @group(0) @binding(1) var<storage, read> views: array<View>;
 @group(0) @binding(2) var<storage, read_write> queues: array<atomic<u32>>;
 
-const CORNERS: u32 = 64u; // per workgroup of path_trace
-
 // Room for so many patches in the next queue.
 fn claim(patches: u32) -> u32 {
     let next = params.cells.next;
     let slot = atomicAdd(&queues[next + QUEUE_COUNT], patches);
-    let groups = ((slot + patches) * PATCH_NEW + CORNERS - 1u) / CORNERS;
+    let groups = ((slot + patches + CELLS - 1u) / CELLS) * PATCH_NEW * max(params.cells.nodes, params.cells.orders);
     let most = params.cells.max_groups;
     atomicMax(&queues[next + QUEUE_GROUPS], min(groups, most));
     atomicMax(&queues[next + QUEUE_GROUPS + 1u], (groups + most - 1u) / most);
-    atomicMax(&queues[next + QUEUE_GROUPS + 2u], max(params.cells.nodes, params.cells.orders));
+    atomicMax(&queues[next + QUEUE_GROUPS + 2u], 1u);
     return slot;
 }
 
 @compute @workgroup_size(64, 1, 1)
 fn footprint_queue(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let i = CELLS * queue_row(group, params.cells.max_groups) + local;
+    let i = taken_cell(group, local);
     let emitted = emitted_cell(i);
-    if !emitted.exists || group.z > 0u {
+    if !emitted.exists || taken_order(group) > 0u {
         return;
     }
     let along = split_of(i);

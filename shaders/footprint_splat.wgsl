@@ -159,7 +159,7 @@ var<private> deposits: u32;
 
 @compute @workgroup_size(64, 1, 1)
 fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let order = group.z; // one of them: with all an invocation would go round too often for some drivers
+    let order = taken_order(group); // one of them: with all an invocation would go round too often for some drivers
     if order >= params.cells.orders {
         return;
     }
@@ -170,7 +170,7 @@ fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
         atomicStore(&work[local], 0u);
     }
     workgroupBarrier();
-    let i = CELLS * queue_row(group, params.cells.max_groups) + local;
+    let i = taken_cell(group, local);
     let emitted = emitted_cell(i);
     if emitted.exists && order == 0u {
         atomicAdd(&work[WORK_CORNERS], emitted.traced);

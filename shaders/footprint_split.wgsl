@@ -144,9 +144,9 @@ fn split_of_cell(emitted: Emitted) -> Split {
 
 @compute @workgroup_size(64, 1, 1)
 fn footprint_split(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let i = CELLS * queue_row(group, params.cells.max_groups) + local;
+    let i = taken_cell(group, local);
     let emitted = emitted_cell(i);
-    if !emitted.exists || group.z > 0u {
+    if !emitted.exists || taken_order(group) > 0u {
         return;
     }
     if params.cells.next == NO_QUEUE {

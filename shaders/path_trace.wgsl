@@ -124,33 +124,31 @@ fn take_over(place: u32, parents: u32, node: u32) {
     }
 }
 
-const CORNERS: u32 = 64u; // per workgroup
+const CORNERS: u32 = 64u; // per workgroup, or patches of which it takes one corner each
 
 @compute @workgroup_size(64, 1, 1)
 fn path_trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let i = CORNERS * queue_row(group, params.max_groups) + local;
-    let node = group.z;
-    if node >= params.nodes {
-        return;
-    }
+    let row = queue_row(group, params.max_groups);
     if params.queue == NO_QUEUE {
+        let i = CORNERS * (row / params.nodes) + local;
         let size = views[params.emission_view].size;
         if i < size.x * size.y {
             let at = vec2<u32>(i % size.x, i / size.x);
-            trace_corner(FootprintCell(at, vec2<u32>(0u), 0u, params.bins), i, node);
+            trace_corner(FootprintCell(at, vec2<u32>(0u), 0u, params.bins), i, row % params.nodes);
         }
         return;
     }
-    let patches = queues[params.queue + QUEUE_COUNT];
-    if i >= PATCH_NEW * patches {
+    // Those of a queue are shared with the passes over its cells, see shared/footprint_cells.wgsl.
+    let share = PATCH_NEW * max(params.nodes, params.orders);
+    let slot = CORNERS * (row / share) + local;
+    let corner = row % share % PATCH_NEW;
+    let node = row % share / PATCH_NEW;
+    if node >= params.nodes || slot >= queues[params.queue + QUEUE_COUNT] {
         return;
     }
-    // Neighbours in a workgroup take the same corner of different patches.
-    let slot = i % patches;
     let word = params.queue + PATCHES_HEAD + PATCH_WORDS * slot;
     let patch_ = patch_from_words(vec3<u32>(queues[word], queues[word + 1u], queues[word + 2u]));
     let first_place = params.first_place + PATCH_PLACES * slot;
-    let corner = i / patches;
     let new_corner = patch_new_corner(patch_, corner);
     if all(new_corner <= patch_.parts) {
         trace_corner(patch_cell(patch_, new_corner), first_place + new_corner.x + PATCH_ROW * new_corner.y, node);

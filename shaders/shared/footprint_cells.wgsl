@@ -24,7 +24,26 @@ struct FootprintCells {
 
 const NO_QUEUE: u32 = 0xffffffffu;
 
-const CELLS: u32 = 64u; // per workgroup
+const CELLS: u32 = 64u; // per workgroup, or patches of which it takes one cell each
+
+// Workgroups for each CELLS cells or patches, which are neighbours: some drivers cut the row of workgroups into one piece for each of their
+// threads, and pieces of a row have the same work.
+fn group_share() -> u32 {
+    return select(PATCH_NEW * max(params.cells.nodes, params.cells.orders), params.cells.orders, params.cells.queue == NO_QUEUE);
+}
+
+// The order of landings that a workgroup takes; there may be none of that number.
+fn taken_order(group: vec3<u32>) -> u32 {
+    let part = queue_row(group, params.cells.max_groups) % group_share();
+    return select(part / PATCH_CELLS, part, params.cells.queue == NO_QUEUE);
+}
+
+// The cell that an invocation takes; there may be none of that number.
+fn taken_cell(group: vec3<u32>, local: u32) -> u32 {
+    let row = queue_row(group, params.cells.max_groups);
+    let first = CELLS * (row / group_share()) + local;
+    return select(PATCH_CELLS * first + row % group_share() % PATCH_CELLS, first, params.cells.queue == NO_QUEUE);
+}
 
 // A cell and its first corner.
 struct Emitted {

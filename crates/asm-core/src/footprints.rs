@@ -11,17 +11,17 @@ use crate::passes::footprint_queue::FootprintQueue;
 use crate::passes::footprint_splat::{FootprintSplat, MOST_STEPS};
 use crate::passes::footprint_split::FootprintSplit;
 use crate::passes::map_resolve::MapResolve;
-use crate::passes::path_trace::{CORNERS_PER_GROUP, PathTrace};
+use crate::passes::path_trace::PathTrace;
 use crate::resources::Resources;
 use crate::shared::emission::{PATH_REFLECTED, PATH_REFRACTED};
 use crate::shared::flux::QUANTUM;
 use crate::shared::footprint::{
     LEAST_BINS, PATCH_CELLS, PATCH_PLACES, PATCH_ROW, PATCH_WORDS, PATCHES_HEAD, PathEnds, PathLanding,
 };
-use crate::shared::footprint_cells::{CELLS_PER_GROUP, FootprintCells, NO_QUEUE, QUEUES_HEAD, WORK_WORDS};
+use crate::shared::footprint_cells::{FootprintCells, NO_QUEUE, QUEUES_HEAD, WORK_WORDS, cell_groups};
 use crate::shared::footprint_light::FootprintLight;
 use crate::shared::light_path::MOST_ASIDES;
-use crate::shared::photon_queue::{QUEUE_GROUPS, queue_groups};
+use crate::shared::photon_queue::QUEUE_GROUPS;
 use crate::shared::triangle::{TRIANGLE_MIRROR, TRIANGLE_REFRACTS};
 use crate::view_fit::Source;
 use crate::{Method, PlanError, Settings};
@@ -194,7 +194,17 @@ impl OverCells {
             keeps_bounds: 0,
             ..self.trace
         };
-        Self { trace, ..self.with(FootprintCells { queue, first_place, next, tile: 0, tile_stride: 1, ..self.splat.cells }) }
+        Self {
+            trace,
+            ..self.with(FootprintCells {
+                queue,
+                first_place,
+                next,
+                tile: 0,
+                tile_stride: 1,
+                ..self.splat.cells
+            })
+        }
     }
 }
 
@@ -393,18 +403,17 @@ impl Caustics<'_> {
         if let Some(bounds) = fitted {
             self.resources.plan.steps.push(Step::ClearBuffer { buffer: bounds });
         }
-        let groups = queue_groups(texels, CORNERS_PER_GROUP, trace.nodes, max_groups);
+        let groups = cell_groups(texels, trace.nodes, max_groups);
         self.dispatch("path_trace", label, &trace, trace_bindings.to_vec(), groups);
         if let Some(bounds) = fitted {
             let views = [trace.landing_view, splat.cells.map_view, trace.landing_faces];
             self.fit_views(bounds, label, views, DVec2::splat(self.most_zoom), map_size.x as f32);
         }
         self.resources.plan.steps.push(Step::ClearBuffer { buffer: map_buffer });
+        let groups = cell_groups(cells, splat.cells.orders, max_groups);
         if footprints.rounds == 0 {
-            let groups = queue_groups(cells, CELLS_PER_GROUP, splat.cells.orders, max_groups);
             self.dispatch("footprint_splat", label, &splat, splat_bindings.to_vec(), groups);
         } else {
-            let groups = queue_groups(cells, CELLS_PER_GROUP, 1, max_groups);
             self.dispatch("footprint_split", label, &split, split_bindings.to_vec(), groups);
             let bindings: [&[Bound]; 4] =
                 [&trace_bindings, &split_bindings, &queue_bindings, &splat_bindings];
@@ -434,8 +443,7 @@ impl Caustics<'_> {
         [trace_bindings, split_bindings, queue_bindings, splat_bindings]: [&[Bound]; 4],
     ) {
         let max_groups = self.resources.max_groups();
-        let [split_groups, splat_groups] =
-            [1, over.splat.cells.orders].map(|deep| queue_groups(footprints.tile_cells, CELLS_PER_GROUP, deep, max_groups));
+        let groups = cell_groups(footprints.tile_cells, over.splat.cells.orders, max_groups);
         let each: Vec<_> = (0..footprints.tiles())
             .flat_map(|tile| {
                 let over = over.of_tile(footprints, tile);
@@ -463,7 +471,7 @@ impl Caustics<'_> {
         for over in &each {
             let queue = over.splat.cells.queue;
             let offset_bytes = ARGUMENTS_BYTES * queues_before;
-            let over_cells = |pass, groups| match queue {
+            let over_cells = |pass| match queue {
                 NO_QUEUE => Step::Dispatch { pass, groups },
                 _ => Step::DispatchIndirect { pass, arguments: footprints.arguments, offset_bytes },
             };
@@ -478,13 +486,13 @@ impl Caustics<'_> {
                     target_offset_bytes: offset_bytes,
                     size_bytes: ARGUMENTS_BYTES,
                 });
-                steps.push(over_cells(pass("path_trace", traces, trace_bindings), split_groups));
+                steps.push(over_cells(pass("path_trace", traces, trace_bindings)));
             }
             if over.splat.cells.next != NO_QUEUE {
-                steps.push(over_cells(pass("footprint_split", splits, split_bindings), split_groups));
-                steps.push(over_cells(pass("footprint_queue", queues, queue_bindings), split_groups));
+                steps.push(over_cells(pass("footprint_split", splits, split_bindings)));
+                steps.push(over_cells(pass("footprint_queue", queues, queue_bindings)));
             }
-            steps.push(over_cells(pass("footprint_splat", splats, splat_bindings), splat_groups));
+            steps.push(over_cells(pass("footprint_splat", splats, splat_bindings)));
             iterations.push(steps);
         }
         plan.steps.push(Step::Repeat { label: format!("footprints ({label})"), iterations });

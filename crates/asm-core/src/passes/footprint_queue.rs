@@ -8,11 +8,10 @@ use frame_plan::{BindingKind, PassInfo, PassKind};
 use glam::UVec2;
 use rayon::prelude::*;
 
-use super::path_trace::CORNERS_PER_GROUP;
 use super::{FOOTPRINT_CELLS_WGSL, FOOTPRINT_WGSL, PHOTON_QUEUE_WGSL, VIEW_WGSL, binding};
 use crate::shared::footprint::*;
 use crate::shared::footprint_cells::*;
-use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_GROUPS, queue_groups};
+use crate::shared::photon_queue::{QUEUE_COUNT, QUEUE_GROUPS};
 
 /// Uniform of the pass; mirrors `FootprintQueue` in `shaders/footprint_queue.wgsl`.
 #[repr(C)]
@@ -57,9 +56,8 @@ pub fn footprint_queue(cells: &Cells<'_>) {
         }
         let halves = 1 + u32::from(along == BANDS_APART);
         let slot = queue[QUEUE_COUNT].fetch_add(halves, Ordering::Relaxed);
-        let corners = (slot + halves) * PATCH_NEW;
-        let groups =
-            queue_groups(corners, CORNERS_PER_GROUP, params.nodes.max(params.orders), params.max_groups);
+        let share = patch_share(params.nodes, params.orders);
+        let groups = cell_groups(slot + halves, share, params.max_groups);
         for (i, groups) in groups.into_iter().enumerate() {
             queue[QUEUE_GROUPS + i].fetch_max(groups, Ordering::Relaxed);
         }

@@ -20,7 +20,7 @@ use crate::shared::flux::WHOLE;
 use crate::shared::footprint::{
     FootprintCell, PATCH_NEW, PATCH_PLACES, PATCH_ROW, PathEnds, PathLanding, node_bin,
 };
-use crate::shared::footprint_cells::{NO_QUEUE, queued_patch};
+use crate::shared::footprint_cells::{CELLS_PER_GROUP, NO_QUEUE, queued_patch};
 use crate::shared::ledger::*;
 use crate::shared::light_path::{Arrival, LightPaths, way_on};
 use crate::shared::optics::Optics;
@@ -74,9 +74,6 @@ pub struct PathTrace {
     pub reserved1: u32,
 }
 
-/// Corners, with all their nodes, that a workgroup takes.
-pub const CORNERS_PER_GROUP: u32 = 64;
-
 /// All that an executor needs to build and run `path_trace`.
 pub const PATH_TRACE: PassInfo = PassInfo {
     name: "path_trace",
@@ -110,7 +107,7 @@ pub const PATH_TRACE: PassInfo = PassInfo {
         binding("bounds", BindingKind::Atomic),
     ],
     kind: PassKind::Compute {
-        workgroup: [CORNERS_PER_GROUP, 1, 1],
+        workgroup: [CELLS_PER_GROUP, 1, 1],
         mirror: |args| {
             let inputs = Inputs {
                 params: args.params(),
@@ -157,7 +154,7 @@ pub fn path_trace(
         let size = inputs.views[params.emission_view as usize].size;
         let corners = landings.par_chunks_exact_mut(nodes * orders).zip(ends.par_chunks_exact_mut(nodes));
         let corners = corners.take((size.x * size.y) as usize).enumerate();
-        return corners.with_min_len(CORNERS_PER_GROUP as usize).for_each(|(place, (landings, ends))| {
+        return corners.with_min_len(CELLS_PER_GROUP as usize).for_each(|(place, (landings, ends))| {
             let at = UVec2::new(place as u32 % size.x, place as u32 / size.x);
             let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
             inputs.trace_corner(&cell, landings, ends, bounds);

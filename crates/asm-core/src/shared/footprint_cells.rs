@@ -7,7 +7,7 @@ use glam::UVec2;
 
 use super::flux::WHOLE;
 use super::footprint::*;
-use super::photon_queue::{QUEUE_COUNT, QUEUE_HEAD};
+use super::photon_queue::{QUEUE_COUNT, QUEUE_HEAD, queue_groups};
 use super::view::View;
 
 /// Which cells a pass takes and what they are made of; mirrors `FootprintCells`.
@@ -51,8 +51,19 @@ pub struct FootprintCells {
 /// No patches are queued.
 pub const NO_QUEUE: u32 = u32::MAX;
 
-/// Cells that a workgroup takes.
+/// Cells that a workgroup takes, or patches of which it takes one cell or corner each.
 pub const CELLS_PER_GROUP: u32 = 64;
+
+/// Workgroups of a dispatch with `share` of them for each [`CELLS_PER_GROUP`] cells, or for as many corners or patches. These are neighbours:
+/// some drivers cut the row of workgroups into one piece for each of their threads, and pieces of a row have the same work.
+pub(crate) fn cell_groups(cells: u32, share: u32, max_groups: u32) -> [u32; 3] {
+    queue_groups(cells.div_ceil(CELLS_PER_GROUP) * share, 1, 1, max_groups)
+}
+
+/// Of those of a queue of patches: enough for all corners at all nodes, and for all cells and orders.
+pub(crate) fn patch_share(nodes: u32, orders: u32) -> u32 {
+    PATCH_NEW * nodes.max(orders)
+}
 
 /// A cell and its first corner.
 #[derive(Clone, Copy, Debug)]
