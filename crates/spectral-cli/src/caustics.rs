@@ -1,6 +1,6 @@
-//! `--method caustics-map|acm|asm`: a plan, built for the chosen executor's limits and run once.
+//! `--method caustics-map|acm|asm|footprint`: a plan, built for the chosen executor's limits and run once.
 
-use asm_core::{Price, Settings};
+use asm_core::{Method, Price, Settings};
 use frame_plan::{ExecuteError, Executor, Plan};
 use serde_json::Value;
 use spectral_scene::{IrradianceMaps, Scene};
@@ -30,7 +30,8 @@ pub(crate) fn bake(
     let size = [size.width, size.height];
     let bake =
         asm_core::bake_plan(scene, receiver, size, &settings, &executor.limits()).map_err(CliError::plan)?;
-    let (maps, statistics) = execute(run, executor, &bake.plan, times, |executor| bake.read(executor))?;
+    let (maps, statistics) =
+        execute(settings.method, executor, &bake.plan, times, |executor| bake.read(executor))?;
     let work = Work::new(executor.info().clone(), chosen.reason, &settings, &statistics, &Value::Null)?;
     Ok((maps, Work { price, ..work }))
 }
@@ -54,7 +55,7 @@ pub(crate) fn render(
     let render = asm_core::render_plan(scene, camera, pixels, &settings, &executor.limits())
         .map_err(CliError::plan)?;
     let (picture, statistics) =
-        execute(run, executor, &render.plan, times, |executor| render.read(executor))?;
+        execute(settings.method, executor, &render.plan, times, |executor| render.read(executor))?;
     let work = Work::new(executor.info().clone(), chosen.reason, &settings, &statistics, &Value::Null)?;
     Ok((Picture { size, xyz: picture.xyz }, Work { price, ..work }))
 }
@@ -80,14 +81,14 @@ fn settings(
 
 /// Run one frame and read what it left: only then is a GPU known to be done.
 fn execute<T>(
-    run: &RunArgs,
+    method: Method,
     executor: &mut dyn Executor,
     plan: &Plan,
     times: &mut Stopwatch,
     read: impl FnOnce(&mut dyn Executor) -> Result<T, ExecuteError>,
 ) -> Result<T, CliError> {
     times.did("plan");
-    let _progress = Progress::spinner(&format!("{} on {}", run.method.name(), executor.info().device));
+    let _progress = Progress::spinner(&format!("{} on {}", method.name(), executor.info().device));
     executor.prepare(plan).map_err(CliError::failed)?;
     times.did("prepare");
     executor.execute().map_err(CliError::failed)?;

@@ -7,6 +7,7 @@ use asm_core::{GapFilling, GlassView, MapFit, Reflections, Refraction, Refractio
 use caustic_heightfield::Accumulation;
 use caustic_heightfield::adjusted::{Fixed, Format};
 use serde::{Serialize, Serializer};
+use spectral_core::display::{MIDDLE_GREY, ToneMap};
 
 /// How light is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
@@ -336,6 +337,15 @@ impl FromStr for Basis {
     fn from_str(text: &str) -> Result<Self, String> {
         choose(text, &Self::ALL)
     }
+}
+
+/// A tone map by its name on the command line: `clip` or `sigmoid`, which has slope 1 of log against log where it leaves middle grey.
+///
+/// # Errors
+/// The names that there are.
+pub fn tone_map(text: &str) -> Result<ToneMap, String> {
+    let sigmoid = ToneMap::Sigmoid { contrast: 1.0 / (1.0 - MIDDLE_GREY) };
+    choose(text, &[("clip", ToneMap::Clip), ("sigmoid", sigmoid)])
 }
 
 fn choose<T: Copy>(text: &str, built: &[(&str, T)]) -> Result<T, String> {

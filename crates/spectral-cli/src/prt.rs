@@ -15,11 +15,12 @@ use std::path::PathBuf;
 
 use clap::Args;
 use spectral_core::basis::{BasisError, Optimal, SpectralBasis, Training};
+use spectral_core::display::{Display, ToneMap};
 use spectral_prt::Bands;
 use spectral_prt::figures::{GRID, OBSERVER};
 
 use crate::args::{DEFAULT_RENDER_SIZE, DeviceArgs};
-use crate::choices::Basis;
+use crate::choices::{Basis, tone_map};
 use crate::error::CliError;
 use crate::values::{Exposure, Gloss, Size};
 
@@ -58,6 +59,9 @@ pub(crate) struct PrtArgs {
     /// Factor on the picture before the tone map of a PNG; auto is 1 / the 99th percentile of Y.
     #[arg(long, value_name = "E", default_value = "auto", allow_hyphen_values = true)]
     exposure: Exposure,
+    /// How luminance of a PNG is brought below white: clip, or sigmoid, which leaves middle grey where it is.
+    #[arg(long, value_name = "CURVE", default_value = "clip", value_parser = tone_map)]
+    tone_map: ToneMap,
     /// Picture to write: .exr holds linear sRGB without exposure, .png the displayed picture, white-balanced to the screen.
     #[arg(short, long, value_name = "OUT.exr|OUT.png")]
     output: PathBuf,
@@ -92,6 +96,11 @@ impl PrtArgs {
 
     fn panel_size(&self) -> Size {
         self.size.unwrap_or(PANEL_SIZE)
+    }
+
+    /// With the tone map that was asked for.
+    fn toned(&self, display: Display) -> Display {
+        Display { tone_map: self.tone_map, ..display }
     }
 
     fn picture_size(&self) -> Size {

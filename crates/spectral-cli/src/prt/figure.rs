@@ -35,6 +35,7 @@ struct FigureStats {
     basis: Basis,
     coefficients: u32,
     bands: u8,
+    display: Display,
     output: String,
     backend: String,
     backend_reason: String,
@@ -138,7 +139,7 @@ fn write(
     let file = targets::png("--output", &args.output)?;
     let stats_file = targets::stats(args.stats.as_deref(), &file)?;
     let shown = shown(args, figure, under, &mut times)?;
-    let display = display(&shown.sampled[0], args.exposure);
+    let display = args.toned(display(&shown.sampled[0], args.exposure));
     let wrong: Vec<[Vec<f64>; 2]> = (0..under.len())
         .map(|i| {
             [&shown.spectral[i], &shown.rgb[i]]
@@ -168,6 +169,7 @@ fn write(
         basis: args.basis,
         coefficients: args.coefficients(),
         bands: args.bands,
+        display,
         output: args.output.display().to_string(),
         backend,
         backend_reason,

@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 use spectral_core::color_checker;
+use spectral_core::display::Display;
 use spectral_prt::figures::{Figure, GRID};
 use spectral_prt::{
     Albedo, BounceSettings, Palette, Projection, RelitScene, SceneTransfer, Surface, TransferSettings,
@@ -32,6 +33,8 @@ struct SceneStats<'a> {
     coefficients: u32,
     bands: u8,
     bounces: u32,
+    /// Of a PNG.
+    display: Display,
     /// Functions of the wavelength that its transfer has.
     functions: usize,
     /// Objects with a lobe.
@@ -44,7 +47,7 @@ struct SceneStats<'a> {
     device: String,
     driver: String,
     frame_ms: f64,
-    /// Pixels whose Y is below zero: light of few bands rings. They are shown black.
+    /// Pixels whose Y is below zero: light of few bands rings. EXR files keep them, others show them black.
     ringing_pixels: usize,
     times_ms: serde_json::Map<String, serde_json::Value>,
 }
@@ -108,14 +111,18 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
     let (mut taken, frame_ms) = pictures(executor.as_mut(), &relit, &matt.camera, args.picture_size(), &lit)?;
     let Taken { mut picture, uncovered } = taken.pop().expect("one light, one picture");
     // The sky is shown as the surfaces are, however bright it is.
-    let display = picture.display(args.exposure);
+    let display = args.toned(picture.display(args.exposure));
     background::fill(&mut picture, &uncovered, &matt.camera, &environment);
     times.did("picture");
 
     let ringing_pixels = picture.xyz.iter().filter(|xyz| xyz[1] < 0.0).count();
     if ringing_pixels > 0 {
+        let kept = match format {
+            ImageFormat::Exr => "kept",
+            ImageFormat::Png => "shown black",
+        };
         let problem = format!(
-            "{ringing_pixels} pixels are below zero and shown black: {} bands ring where light is strong; more ring less",
+            "{ringing_pixels} pixels are below zero and {kept}: {} bands ring where light is strong; more ring less",
             args.bands
         );
         messages::warn(&problem);
@@ -141,6 +148,7 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
         coefficients: args.coefficients(),
         bands: args.bands,
         bounces: args.bounces,
+        display,
         functions: projection.functions(),
         glossy_objects: shine.as_ref().map_or(0, Shine::count),
         vertices: matt.surfaces.iter().map(|s| s.positions().len()).sum(),
@@ -179,7 +187,17 @@ pub(super) fn painted(
             warnings.push(problem);
             continue;
         }
-        surfaces.push(Surface::of_object(scene, i).map_err(CliError::failed)?);
+        let surface = Surface::of_object(scene, i).map_err(CliError::failed)?;
+        if surface.degenerate_triangles() > 0 {
+            let problem = format!(
+                "`{}`: {} triangles have no area and are left out",
+                object.name,
+                surface.degenerate_triangles()
+            );
+            messages::warn(&problem);
+            warnings.push(problem);
+        }
+        surfaces.push(surface);
         reflectances.push(match gloss {
             None => base_color(material),
             Some(gloss) => shine.add(&object.name, material, gloss),

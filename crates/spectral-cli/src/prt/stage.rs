@@ -13,6 +13,7 @@ use spectral_scene::Camera;
 use crate::backend::cache_folder;
 use crate::error::CliError;
 use crate::frame_time::WarmFrames;
+use crate::messages;
 use crate::picture::Picture;
 use crate::progress::Progress;
 use crate::values::Size;
@@ -30,7 +31,7 @@ pub(super) fn transfer(surfaces: &[Surface], bands: Bands, rays: u32) -> Result<
     let progress = &mut |done| bar.set(done);
     match cache_folder() {
         Some(folder) => cache::load_or_precompute(&folder.join("transfer"), surfaces, &settings, progress)
-            .map(|cached| cached.transfer),
+            .map(|cached| kept(cached.transfer, cached.damaged_chunks)),
         None => precompute(surfaces, &settings, progress),
     }
     .map_err(CliError::failed)
@@ -52,11 +53,19 @@ pub(super) fn bounced(
         Some(folder) => {
             let folder = folder.join("transfer");
             cache::load_or_add_bounces(&folder, surfaces, direct, GRID, reflectances, settings, progress)
-                .map(|cached| cached.transfer)
+                .map(|cached| kept(cached.transfer, cached.damaged_chunks))
         }
         None => add_bounces(surfaces, direct, GRID, reflectances, settings, progress),
     }
     .map_err(CliError::failed)
+}
+
+/// What came from the cache; chunks that were damaged have been made again.
+fn kept<T>(transfer: T, damaged_chunks: usize) -> T {
+    if damaged_chunks > 0 {
+        messages::warn(&format!("{damaged_chunks} chunks of the cache were damaged and are made again"));
+    }
+    transfer
 }
 
 /// A light and how it is shown.

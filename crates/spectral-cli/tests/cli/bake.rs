@@ -81,6 +81,24 @@ fn caustics_map_bakes_with_statistics() {
     }
 }
 
+/// What footprints took stands beside what a uniform grid as fine as their finest cells would.
+#[test]
+fn footprints_say_how_little_they_took() {
+    let folder = tempfile::tempdir().expect("folder");
+    spectral_in(folder.path(), "bake sphere --size 32x32 --backend cpu -o out.exr --stats stats.json").done();
+    let stats = json(&folder.path().join("stats.json"));
+    assert_eq!(stats["method"], "footprint");
+    let took = &stats["statistics"]["lights"][0]["footprints"];
+    for (own, uniform) in [
+        ("rays", "uniform_rays"),
+        ("deposits", "uniform_deposits"),
+        ("wavelengths_per_cell", "uniform_wavelengths_per_cell"),
+    ] {
+        let [own, uniform] = [own, uniform].map(|key| took[key].as_f64().expect(key));
+        assert!(0.0 < own && own < uniform, "{took}");
+    }
+}
+
 /// The map is fixed point: threads must not show.
 #[test]
 fn the_same_bake_gives_the_same_bits() {

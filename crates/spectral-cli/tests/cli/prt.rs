@@ -90,6 +90,52 @@ fn metal_shines_where_it_is_asked_to() {
     assert_ne!(metal, rougher);
 }
 
+/// A sky that is brightest below the horizon, by two bands alone, rings above: what faces up is below zero.
+#[test]
+fn pixels_below_zero_are_kept_and_counted_and_black_on_a_screen() {
+    let folder = tempfile::tempdir().expect("folder");
+    let below = r#"{"lights": [{"spectrum": {"illuminant": "D65"}, "bands": [[1.0], [-3.0, 0.0, 0.0]]}]}"#;
+    fs::write(folder.path().join("below.json"), below).expect("written");
+    let run = |environment: &str, output: &str| {
+        let command = format!(
+            "prt glass --environment {environment} --bands 2 --size 24x18 --backend cpu -o {output} --stats s.json"
+        );
+        spectral_in(folder.path(), &command).done();
+        let stats = stats(folder.path());
+        (number(&stats["ringing_pixels"]), stats["warnings"].to_string())
+    };
+    let (kept, said) = run("below.json", "p.exr");
+    let dark = pixels(&folder.path().join("p.exr")).iter().filter(|rgb| rgb[1] < 0.0).count();
+    assert!(kept > 0.0 && dark > 0 && said.contains("below zero and kept"), "{kept} {dark} {said}");
+    let (black, said) = run("below.json", "p.png");
+    assert!(black == kept && said.contains("below zero and shown black"), "{black} {said}");
+    let (none, said) = run("D65", "p.exr");
+    assert!(none == 0.0 && !said.contains("below zero"), "{none} {said}");
+}
+
+/// A sigmoid leaves middle grey where it is, and shows as different what is clipped to the same white.
+#[test]
+fn a_sigmoid_is_another_picture_of_the_same_light() {
+    let folder = tempfile::tempdir().expect("folder");
+    let run = |curve: &str| {
+        let command = format!(
+            "prt glass --exposure 0.5 --tone-map {curve} --size 24x18 --backend cpu -o p.png --stats s.json"
+        );
+        spectral_in(folder.path(), &command).done();
+        let display = stats(folder.path())["display"].clone();
+        assert_eq!(display["exposure"], 0.5, "{display}");
+        (fs::read(folder.path().join("p.png")).expect("a picture"), display["tone_map"].clone())
+    };
+    let (clipped, clip) = run("clip");
+    let (curved, sigmoid) = run("sigmoid");
+    assert_ne!(clipped, curved);
+    assert_eq!(clip, "clip");
+    // Slope 1 of log against log at middle grey, 0.18.
+    assert!((number(&sigmoid["sigmoid"]["contrast"]) * 0.82 - 1.0).abs() < 1e-12, "{sigmoid}");
+    spectral_in(folder.path(), "prt glass --tone-map film -o p.png")
+        .bad_usage(&["--tone-map", "clip, sigmoid"]);
+}
+
 /// An equirectangular picture in the JCGT's spectral layout: the same everywhere, every 5 nm.
 fn write_even_sky(path: &Path, channel: &str, radiance: impl Fn(f64) -> f64) {
     let size = (6, 3);
@@ -115,6 +161,33 @@ fn pixels(path: &Path) -> Vec<[f32; 3]> {
         |rows, at, (r, g, b, _): (f32, f32, f32, f32)| rows[at.y()][at.x()] = [r, g, b],
     );
     read.expect("a picture").layer_data.channel_data.pixels.concat()
+}
+
+/// An equirectangular picture of one linear sRGB.
+fn write_rgb_sky(path: &Path, rgb: [f32; 3]) {
+    exr::prelude::write_rgb_file(path, 6, 3, |_, _| (rgb[0], rgb[1], rgb[2])).expect("written");
+}
+
+/// White of a screen is D65's, upsampled; red is not.
+#[test]
+fn a_white_rgb_sky_is_daylight() {
+    let folder = tempfile::tempdir().expect("folder");
+    write_rgb_sky(&folder.path().join("white.exr"), [1.0; 3]);
+    write_rgb_sky(&folder.path().join("red.exr"), [1.0, 0.1, 0.1]);
+    let shown = |environment: &str| {
+        let command = format!("prt glass --size 24x18 --backend cpu --environment {environment} -o p.exr");
+        spectral_in(folder.path(), &command).done();
+        pixels(&folder.path().join("p.exr")).concat()
+    };
+    let daylight = shown("D65");
+    let brightest = daylight.iter().copied().fold(0.0, f32::max);
+    let off = |other: &[f32]| {
+        let each = daylight.iter().zip(other).map(|(a, b)| (a - b).abs());
+        each.fold(0.0, f32::max) / brightest
+    };
+    let (white, red) = (off(&shown("white.exr")), off(&shown("red.exr")));
+    println!("white {white}, red {red}");
+    assert!(white < 1e-4 && red > 0.1, "{white} {red}");
 }
 
 /// A spectral picture and a sky file that are the same everywhere show coloured walls as their illuminant does.
