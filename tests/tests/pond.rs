@@ -154,6 +154,27 @@ fn convolution_is_that_of_f64_on_every_executor() {
     assert!(relative_rms(&other, &got) > PARITY);
 }
 
+/// Light that varies over the surface (the paper's Fig. 3) does so on every executor.
+#[test]
+fn illumination_varies_on_every_executor() {
+    let size = [37, 50];
+    let ramp = (0..size[0] * size[1]).map(|i| 0.5 + (i % size[0]) as f64 / size[0] as f64).collect();
+    let even = pond(10.0, 30.0);
+    let mapped = Pond { illumination: Illumination::Map(ramp), ..even.clone() };
+    let surface = waves(size, 0.004);
+    let floor = |pond| {
+        let method = Convolution::<f64>::new(size, [1.0, 1.0], pond, Default::default()).unwrap();
+        method.floor(&surface).unwrap().irradiance
+    };
+    let (expected, uniform) = (floor(&mapped), floor(&even));
+    let plan = convolution(size, &mapped, Default::default()).plan(&PlanSettings::default()).unwrap();
+    for (id, frame) in floors("a ramp", &plan, &surface) {
+        let error = relative_rms(&frame.light.irradiance, &expected);
+        assert!(error < 2e-5, "{id}: {error}");
+        assert!(relative_rms(&frame.light.irradiance, &uniform) > 0.1, "{id} has uniform light");
+    }
+}
+
 /// Level water over a floor that goes on for ever: the light is the same everywhere, to rounding.
 #[test]
 fn level_water_lights_its_floor_evenly() {
@@ -183,6 +204,7 @@ fn limits_of_the_water_are_met() {
         ("n_i = n_t", Pond { ior_below: 1.0, ..pond(20.0, 40.0) }),
         ("n_i > n_t", Pond { ior_above: 1.333, ior_below: 1.0, ..pond(20.0, 20.0) }),
         ("no extinction", Pond { extinction_per_m: 0.0, ..pond(20.0, 40.0) }),
+        ("d comparable to h", Pond { depth_m: 0.03, ..pond(0.0, 5.0) }),
     ] {
         let reference = exact(&surface, &pond, FloorGrid::below(&surface)).unwrap();
         let plan = low_rank(&surface, &pond).plan(&PlanSettings::default()).unwrap();

@@ -64,7 +64,7 @@ fn few_terms_reach_the_error_asked_for() {
             let case =
                 format!("A {amplitude}, {tilt} degrees, a {scattering}: {error} with {} terms", report.terms);
             assert!(report.terms <= most + 1, "{case}");
-            // Chosen at 144 points, held at 625.
+            // Chosen at 121 points, held at 625.
             assert!(error <= 1.1 * target, "{case}");
             assert!((error / report.error - 1.0).abs() < 0.2, "{case}, {} reported", report.error);
             assert!(report.bound > error, "{case}, bound {}", report.bound);
