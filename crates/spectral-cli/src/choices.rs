@@ -343,7 +343,7 @@ impl FromStr for Basis {
 ///
 /// # Errors
 /// The names that there are.
-pub fn tone_map(text: &str) -> Result<ToneMap, String> {
+pub(crate) fn tone_map(text: &str) -> Result<ToneMap, String> {
     let sigmoid = ToneMap::Sigmoid { contrast: 1.0 / (1.0 - MIDDLE_GREY) };
     choose(text, &[("clip", ToneMap::Clip), ("sigmoid", sigmoid)])
 }
