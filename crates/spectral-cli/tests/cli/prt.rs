@@ -113,7 +113,7 @@ fn pixels_below_zero_are_kept_and_counted_and_black_on_a_screen() {
     assert!(none == 0.0 && !said.contains("below zero"), "{none} {said}");
 }
 
-/// A sigmoid leaves middle grey where it is, and shows as different what is clipped to the same white.
+/// A sigmoid shows otherwise what is clipped to the same white, and the statistics say by which.
 #[test]
 fn a_sigmoid_is_another_picture_of_the_same_light() {
     let folder = tempfile::tempdir().expect("folder");
