@@ -26,3 +26,9 @@ pub(crate) fn complain(line: &str) {
 pub(crate) fn warn(warning: &str) {
     complain(&format!("warning: {warning}"));
 }
+
+/// A warning on standard error that the statistics have, too.
+pub(crate) fn warn_and_keep(warnings: &mut Vec<String>, warning: String) {
+    warn(&warning);
+    warnings.push(warning);
+}

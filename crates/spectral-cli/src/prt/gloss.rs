@@ -77,8 +77,7 @@ impl Shine {
                     sharpest.roughness(),
                     lobe.roughness()
                 );
-                messages::warn(&problem);
-                warnings.push(problem);
+                messages::warn_and_keep(warnings, problem);
                 *lobe = sharpest;
             }
         }

@@ -125,8 +125,7 @@ pub(super) fn run(args: &PrtArgs, name: &str) -> Result<(), CliError> {
             "{ringing_pixels} pixels are below zero and {kept}: {} bands ring where light is strong; more ring less",
             args.bands
         );
-        messages::warn(&problem);
-        warnings.push(problem);
+        messages::warn_and_keep(&mut warnings, problem);
     }
     match format {
         ImageFormat::Exr => ExrImage::from_linear_srgb(picture.size, &picture.linear_srgb())
@@ -183,8 +182,7 @@ pub(super) fn painted(
             let way_out = if material.is_metal() { ", metals shine with --gloss" } else { "" };
             let problem =
                 format!("`{}` is left out: transfer knows matt surfaces only{way_out}", object.name);
-            messages::warn(&problem);
-            warnings.push(problem);
+            messages::warn_and_keep(warnings, problem);
             continue;
         }
         let surface = Surface::of_object(scene, i).map_err(CliError::failed)?;
@@ -194,8 +192,7 @@ pub(super) fn painted(
                 object.name,
                 surface.degenerate_triangles()
             );
-            messages::warn(&problem);
-            warnings.push(problem);
+            messages::warn_and_keep(warnings, problem);
         }
         surfaces.push(surface);
         reflectances.push(match gloss {

@@ -31,7 +31,7 @@ pub(super) fn transfer(surfaces: &[Surface], bands: Bands, rays: u32) -> Result<
     let progress = &mut |done| bar.set(done);
     match cache_folder() {
         Some(folder) => cache::load_or_precompute(&folder.join("transfer"), surfaces, &settings, progress)
-            .map(|cached| kept(cached.transfer, cached.damaged_chunks)),
+            .map(|cached| mended(cached.transfer, cached.damaged_chunks)),
         None => precompute(surfaces, &settings, progress),
     }
     .map_err(CliError::failed)
@@ -53,17 +53,19 @@ pub(super) fn bounced(
         Some(folder) => {
             let folder = folder.join("transfer");
             cache::load_or_add_bounces(&folder, surfaces, direct, GRID, reflectances, settings, progress)
-                .map(|cached| kept(cached.transfer, cached.damaged_chunks))
+                .map(|cached| mended(cached.transfer, cached.damaged_chunks))
         }
         None => add_bounces(surfaces, direct, GRID, reflectances, settings, progress),
     }
     .map_err(CliError::failed)
 }
 
-/// What came from the cache; chunks that were damaged have been made again.
-fn kept<T>(transfer: T, damaged_chunks: usize) -> T {
+/// What came from the cache. Chunks that were damaged have been made again, which is said.
+fn mended<T>(transfer: T, damaged_chunks: usize) -> T {
     if damaged_chunks > 0 {
-        messages::warn(&format!("{damaged_chunks} chunks of the cache were damaged and are made again"));
+        messages::warn(&format!(
+            "{damaged_chunks} chunks of the cache were damaged and have been made again"
+        ));
     }
     transfer
 }
