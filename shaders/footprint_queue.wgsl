@@ -13,7 +13,7 @@ struct FootprintQueue {
 fn claim(patches: u32) -> u32 {
     let next = params.cells.next;
     let slot = atomicAdd(&queues[next + QUEUE_COUNT], patches);
-    let groups = ((slot + patches + CELLS - 1u) / CELLS) * PATCH_NEW * max(params.cells.nodes, params.cells.orders);
+    let groups = ((slot + patches + CELLS - 1u) / CELLS) * patch_share(params.cells.nodes, params.cells.orders);
     let most = params.cells.max_groups;
     atomicMax(&queues[next + QUEUE_GROUPS], min(groups, most));
     atomicMax(&queues[next + QUEUE_GROUPS + 1u], (groups + most - 1u) / most);
@@ -23,9 +23,12 @@ fn claim(patches: u32) -> u32 {
 
 @compute @workgroup_size(64, 1, 1)
 fn footprint_queue(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    if taken_order(group) > 0u {
+        return;
+    }
     let i = taken_cell(group, local);
     let emitted = emitted_cell(i);
-    if !emitted.exists || taken_order(group) > 0u {
+    if !emitted.exists {
         return;
     }
     let along = split_of(i);

@@ -94,7 +94,8 @@ fn lay_footprint(emitted: Emitted, cell_flux: u32, order: u32) {
         return;
     }
     let texels = views[params.cells.emission_view].size;
-    let part_of_light = parts[0] / f32((texels.x * texels.y) << (cell.level.x + cell.level.y));
+    let cells = f32(texels.x * texels.y) * f32(1u << cell.level.x) * f32(1u << cell.level.y); // as fine as this one
+    let part_of_light = parts[0] / cells;
     let steps = steps_of(extent, part_of_light, cell.bins);
     let across = steps.across;
     let down = steps.down;
@@ -173,7 +174,7 @@ fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
     let i = taken_cell(group, local);
     let emitted = emitted_cell(i);
     if emitted.exists && order == 0u {
-        atomicAdd(&work[WORK_CORNERS], emitted.traced);
+        atomicAdd(&work[WORK_CORNERS], emitted.own);
     }
     if emitted.exists && split_of(i) == TOGETHER {
         deposits = 0u;

@@ -64,7 +64,7 @@ fn hides_detail(emitted: Emitted) -> bool {
 fn landed_of(emitted: Emitted) -> u32 {
     var landed = 0u;
     for (var order = 0u; order < params.cells.orders; order++) {
-        let landing = landing_of(emitted, 0u, params.cells.nodes / 2u, order);
+        let landing = landing_of(emitted, 0u, middle_node(params.cells.nodes), order);
         landed += select(0u, landing.part >> LANDED_SHIFT, landing.end == END_LANDED);
     }
     return landed;
@@ -144,9 +144,12 @@ fn split_of_cell(emitted: Emitted) -> Split {
 
 @compute @workgroup_size(64, 1, 1)
 fn footprint_split(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    if taken_order(group) > 0u {
+        return;
+    }
     let i = taken_cell(group, local);
     let emitted = emitted_cell(i);
-    if !emitted.exists || taken_order(group) > 0u {
+    if !emitted.exists {
         return;
     }
     if params.cells.next == NO_QUEUE {
@@ -154,7 +157,7 @@ fn footprint_split(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
         return;
     }
     let split = split_of_cell(emitted);
-    let class_ = urgency(split.stake, emitted.cell.at / params.cells.tile_stride);
+    let class_ = urgency(split.stake, emitted.cell);
     atomicStore(&queues[params.cells.splits + i], select(split.along | (class_ << SPLIT_CLASS), 0u, split.along == TOGETHER));
     if split.along != TOGETHER {
         atomicAdd(&queues[params.cells.next + QUEUE_HEAD + class_], select(1u, 2u, split.along == BANDS_APART));

@@ -20,11 +20,9 @@ struct PathTrace {
     range: f32,        // light beyond this distance is dark; 0 has no end
     keeps_bounds: u32, // 1: `bounds` gets where paths land
     asides: u32,       // of its landings
-    reserved0: u32,
-    reserved1: u32,
+    lattice: u32,      // 0: paths that tell how others go; else these, told by corners so far apart, and traced where they are not
+    tolerance: f32,    // of what is told, texels of the landing view
 }
-
-const NO_QUEUE: u32 = 0xffffffffu;
 
 @group(0) @binding(0) var<uniform> params: PathTrace;
 @group(0) @binding(1) var<storage, read> triangles: array<Triangle>;
@@ -32,7 +30,7 @@ const NO_QUEUE: u32 = 0xffffffffu;
 @group(0) @binding(3) var<storage, read> views: array<View>;
 @group(0) @binding(4) var<storage, read> optics: array<Optics>; // bin * materials + material
 @group(0) @binding(5) var landing_visibility: texture_2d_array<u32>;
-@group(0) @binding(6) var<storage, read> queues: array<u32>;
+@group(0) @binding(6) var<storage, read_write> queues: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> landings: array<PathLanding>; // path * orders + order
 @group(0) @binding(8) var<storage, read_write> ends: array<PathEnds>;        // path
 @group(0) @binding(9) var<storage, read_write> bounds: array<atomic<u32>>;
@@ -48,12 +46,15 @@ fn leaves_at(ray: Ray) -> f32 {
     return min(along.x, min(along.y, along.z));
 }
 
+// Texels along the map's edges that are beside it for light that goes by: walls stand on its border, where rounding would choose a side.
+const BORDER: f32 = 0.37;
+
 // Paths that go by the map on different sides of it do not belong together: those between them may land.
 fn way_beyond(way: u32, ray: Ray, distance: f32) -> u32 {
     let view = views[params.landing_view];
     let at = view_project(view, ray.origin + distance * ray.direction);
-    let before = vec2<u32>(at.texel < vec2<f32>(0.0));
-    let behind = vec2<u32>(at.texel >= vec2<f32>(view.size));
+    let before = vec2<u32>(at.texel < vec2<f32>(BORDER));
+    let behind = vec2<u32>(at.texel >= vec2<f32>(view.size) - BORDER);
     let sides = before.x + 2u * before.y + 4u * behind.x + 8u * behind.y + select(0u, 16u, at.z <= 0.0);
     return (way ^ (8u * select(0u, sides, params.landing_faces == 1u) + WAY_BEYOND)) * 16777619u;
 }
@@ -95,6 +96,8 @@ fn landing_bounds_add(landing: PathLanding) {
     }
 }
 
+var<workgroup> rays: atomic<u32>;
+
 // The first corner of a cell, at one of its nodes: with all of them an invocation would go round too often for some drivers.
 fn trace_corner(cell: FootprintCell, place: u32, node: u32) {
     light_paths = LightPaths(params.landing_view, params.landing_faces, params.materials, params.first_optics, params.orders - params.asides, params.asides, params.path, params.casters, params.rule, params.range);
@@ -104,12 +107,14 @@ fn trace_corner(cell: FootprintCell, place: u32, node: u32) {
         path_arrives(path, order, nowhere(END_MISSED, 0u, 0u), 0.0, 0u);
     }
     ends[path] = trace_path(path, light_ray, node_bin(params.nodes, node, cell), WHOLE);
-    if params.keeps_bounds == 1u {
-        for (var order = 0u; order < params.orders; order++) {
-            let landing = landings[path * params.orders + order];
-            if landing.end == END_LANDED {
-                landing_bounds_add(landing);
-            }
+    atomicAdd(&rays, 1u);
+}
+
+fn keep_bounds(path: u32) {
+    for (var order = 0u; order < params.orders; order++) {
+        let landing = landings[path * params.orders + order];
+        if landing.end == END_LANDED {
+            landing_bounds_add(landing);
         }
     }
 }
@@ -124,38 +129,97 @@ fn take_over(place: u32, parents: u32, node: u32) {
     }
 }
 
-const CORNERS: u32 = 64u; // per workgroup, or patches of which it takes one corner each
+// All nodes of every so many corners of the emission view in x and y are traced, and of its last ones. These tell those halfway between them,
+// and so on.
+const LATTICE: u32 = 8u;
 
-@compute @workgroup_size(64, 1, 1)
-fn path_trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    let row = queue_row(group, params.max_groups);
-    if params.queue == NO_QUEUE {
-        let i = CORNERS * (row / params.nodes) + local;
-        let size = views[params.emission_view].size;
-        if i < size.x * size.y {
-            let at = vec2<u32>(i % size.x, i / size.x);
-            trace_corner(FootprintCell(at, vec2<u32>(0u), 0u, params.bins), i, row % params.nodes);
-        }
-        return;
+fn on_lattice(at: vec2<u32>, size: vec2<u32>, step: u32) -> bool {
+    return all((at % step == vec2<u32>(0u)) | (at == size - 1u));
+}
+
+// Corners of a lattice around one.
+fn lattice_around(at: vec2<u32>, size: vec2<u32>, step: u32) -> Around {
+    let low = select(at / step * step, at, at == size - 1u);
+    let high = select(min(low + step, size - 1u), at, at == low);
+    let places = vec4<u32>(low.x, high.x, low.x, high.x) + size.x * vec4<u32>(low.y, low.y, high.y, high.y);
+    return Around(places, vec2<f32>(at - low) / vec2<f32>(max(high - low, vec2<u32>(1u))));
+}
+
+// A corner that an invocation takes, at a node.
+struct Corner {
+    exists: bool,
+    traced: bool,
+    cell: FootprintCell, // whose first it is
+    place: u32,
+    node: u32,
+}
+
+// Of the emission view. Paths that corners of the lattice tell are told, the others are traced.
+fn texel_corner(i: u32, node: u32) -> Corner {
+    let size = views[params.emission_view].size;
+    let at = vec2<u32>(i % size.x, i / size.x);
+    let step = max(params.lattice, 1u);
+    var exists = i < size.x * size.y;
+    if params.lattice == 0u {
+        exists &= node == middle_node(params.nodes) || on_lattice(at, size, LATTICE);
+    } else {
+        exists &= node != middle_node(params.nodes) && on_lattice(at, size, step / 2u) && !on_lattice(at, size, step);
     }
-    // Those of a queue are shared with the passes over its cells, see shared/footprint_cells.wgsl.
-    let share = PATCH_NEW * max(params.nodes, params.orders);
-    let slot = CORNERS * (row / share) + local;
-    let corner = row % share % PATCH_NEW;
-    let node = row % share / PATCH_NEW;
-    if node >= params.nodes || slot >= queues[params.queue + QUEUE_COUNT] {
-        return;
-    }
+    let told = exists && params.lattice != 0u && tell_path(i, lattice_around(at, size, step), node);
+    return Corner(exists, exists && !told, FootprintCell(at, vec2<u32>(0u), 0u, params.bins), i, node);
+}
+
+// New ones of a patch are traced, and those that it has from its parent are taken over; halves of a range have none from it.
+fn patch_corner(slot: u32, corner: u32, node: u32) -> Corner {
     let word = params.queue + PATCHES_HEAD + PATCH_WORDS * slot;
-    let patch_ = patch_from_words(vec3<u32>(queues[word], queues[word + 1u], queues[word + 2u]));
+    let patch_ = patch_from_words(vec3<u32>(atomicLoad(&queues[word]), atomicLoad(&queues[word + 1u]), atomicLoad(&queues[word + 2u])));
     let first_place = params.first_place + PATCH_PLACES * slot;
-    let new_corner = patch_new_corner(patch_, corner);
-    if all(new_corner <= patch_.parts) {
-        trace_corner(patch_cell(patch_, new_corner), first_place + new_corner.x + PATCH_ROW * new_corner.y, node);
-    }
     if corner < 4u && any(patch_.parts > vec2<u32>(1u)) {
         let outer = vec2<u32>(corner & 1u, corner >> 1u);
         let own = outer * patch_.parts;
         take_over(first_place + own.x + PATCH_ROW * own.y, patch_.parent + outer.x + params.parent_row * outer.y, node);
+    }
+    let new_corner = patch_new_corner(patch_, corner);
+    let exists = all(new_corner <= patch_.parts);
+    return Corner(exists, exists, patch_cell(patch_, new_corner), first_place + new_corner.x + PATCH_ROW * new_corner.y, node);
+}
+
+fn taken_corner(row: u32, local: u32) -> Corner {
+    if params.queue == NO_QUEUE {
+        return texel_corner(CELLS * (row / params.nodes) + local, row % params.nodes);
+    }
+    let share = patch_share(params.nodes, params.orders);
+    let slot = CELLS * (row / share) + local;
+    let node = row % share / PATCH_NEW;
+    if node < params.nodes && slot < atomicLoad(&queues[params.queue + QUEUE_COUNT]) {
+        return patch_corner(slot, row % share % PATCH_NEW, node);
+    }
+    return Corner(false, false, FootprintCell(vec2<u32>(0u), vec2<u32>(0u), 0u, params.bins), 0u, 0u);
+}
+
+// Word of the queues that rays are counted in, low and high, behind the counts of footprint_cells.wgsl.
+const WORK_RAYS: u32 = 8u;
+
+@compute @workgroup_size(64, 1, 1)
+fn path_trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
+    if local == 0u {
+        atomicStore(&rays, 0u);
+    }
+    workgroupBarrier();
+    let taken = taken_corner(queue_row(group, params.max_groups), local);
+    // Drivers inline it: one call only.
+    if taken.traced {
+        trace_corner(taken.cell, taken.place, taken.node);
+    }
+    if taken.exists && params.keeps_bounds == 1u {
+        keep_bounds(taken.place * params.nodes + taken.node);
+    }
+    workgroupBarrier();
+    if local == 0u {
+        let count = atomicLoad(&rays);
+        let before = atomicAdd(&queues[WORK_RAYS], count);
+        if before + count < before {
+            atomicAdd(&queues[WORK_RAYS + 1u], 1u);
+        }
     }
 }

@@ -44,6 +44,17 @@ struct FootprintCell {
     bins: u32,     // of its range
 }
 
+// There is no queue of patches.
+const NO_QUEUE: u32 = 0xffffffffu;
+
+// Of a workgroup: cells, corners of the emission view, or patches of which it takes one cell or one corner each.
+const CELLS: u32 = 64u;
+
+// The node whose paths tell how cells bend, and how those of the others go.
+fn middle_node(nodes: u32) -> u32 {
+    return nodes / 2u;
+}
+
 // No range is split into shorter ones.
 const LEAST_BINS: u32 = 4u;
 
@@ -107,6 +118,13 @@ const PATCH_PLACES: u32 = 9u;
 const PATCH_ROW: u32 = 3u;   // from one row of them to the next
 const PATCH_CELLS: u32 = 4u; // at most
 const PATCH_NEW: u32 = 5u;   // most corners that its parent does not have
+
+// Workgroups for each CELLS patches of a queue: enough for all corners at all nodes, and for all cells and orders. Those of a dispatch are
+// dealt out alike, each CELLS neighbours in turn: some drivers cut the row of workgroups into one piece for each of their threads, and
+// pieces of a row have the same work.
+fn patch_share(nodes: u32, orders: u32) -> u32 {
+    return PATCH_NEW * max(nodes, orders);
+}
 
 // A queue of patches: the head of photon_queue.wgsl, how many patches of each class of urgency there were to put into it, then
 // patches of three words.

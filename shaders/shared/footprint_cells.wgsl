@@ -19,17 +19,12 @@ struct FootprintCells {
     capacity: u32,     // of that queue, patches
     max_groups: u32,   // of the device, per dimension
     tile: u32,         // its first cell: x, y << 16
-    tile_stride: u32,  // from a cell of the tile to the next one in x or y, cells; 1 for patches
+    tile_stride: u32,  // from a cell of the tile to the next one in x or y, cells of the emission view
 }
 
-const NO_QUEUE: u32 = 0xffffffffu;
-
-const CELLS: u32 = 64u; // per workgroup, or patches of which it takes one cell each
-
-// Workgroups for each CELLS cells or patches, which are neighbours: some drivers cut the row of workgroups into one piece for each of their
-// threads, and pieces of a row have the same work.
+// Workgroups for each CELLS cells of the tile or patches of the queue.
 fn group_share() -> u32 {
-    return select(PATCH_NEW * max(params.cells.nodes, params.cells.orders), params.cells.orders, params.cells.queue == NO_QUEUE);
+    return select(patch_share(params.cells.nodes, params.cells.orders), params.cells.orders, params.cells.queue == NO_QUEUE);
 }
 
 // The order of landings that a workgroup takes; there may be none of that number.
@@ -50,7 +45,7 @@ struct Emitted {
     exists: bool,
     cell: FootprintCell,
     place: u32,        // of the cell's first corner
-    traced: u32,       // corners that were traced for its patch, at the first cell of it
+    own: u32,          // corners that its patch has of its own, at the first cell of it
     row: u32,          // from its upper to its lower corners, places
     before: vec2<u32>, // corners before the first in x and y, in one row of places with it
     behind: vec2<u32>, // corners behind the last
@@ -63,14 +58,14 @@ const APART_IN_Y: u32 = 2u;  // above and below
 const BANDS_APART: u32 = 4u; // wavelengths
 
 // Counts of what was done stand at the start of the queues, low and high word each.
-const WORK_CORNERS: u32 = 0u;  // traced
+const WORK_CORNERS: u32 = 0u;  // that cells have of their own
 const WORK_DEPOSITS: u32 = 1u; // tents put down, and texels that gathered light
 const WORK_CELLS: u32 = 2u;    // laid down
 const WORK_BINS: u32 = 3u;     // of these cells
-const WORK_COUNTS: u32 = 4u;
+const WORK_COUNTS: u32 = 4u; // those of cells
 
-// Word of the queues behind these counts: light that lands of the emission view's cells, in parts of a whole cell's flux.
-const LANDED: u32 = 8u;
+// Word of the queues behind these counts and that of rays, see path_trace.wgsl: light that lands of the emission view's cells, in parts of a whole cell's flux.
+const LANDED: u32 = 10u;
 
 // Bits of a part, see flux.wgsl, below those that are counted there.
 const LANDED_SHIFT: u32 = 20u;
@@ -88,8 +83,10 @@ fn class_of(stake: u32) -> u32 {
     return min(2u * (bit - 22u) + ((max(stake, NEGLIGIBLE) >> (bit - 1u)) & 1u), CLASSES / 4u - 1u);
 }
 
-// Class of urgency of a split; of equal stakes every fourth cell of a tile comes before the others, so that queues are filled evenly.
-fn urgency(stake: u32, at: vec2<u32>) -> u32 {
+// Class of urgency of a split; of equal stakes every fourth cell of a tile comes before the others, so that queues are filled evenly. Along a
+// side that has not been halved the cells of a tile lie apart.
+fn urgency(stake: u32, cell: FootprintCell) -> u32 {
+    let at = cell.at / select(vec2<u32>(1u), vec2<u32>(params.cells.tile_stride), cell.level == vec2<u32>(0u));
     return 4u * class_of(stake) + 2u * ((at.x ^ at.y) & 1u) + (at.y & 1u);
 }
 
@@ -120,8 +117,8 @@ fn emitted_cell(i: u32) -> Emitted {
         if child < patch_.parts.x * patch_.parts.y {
             let inner = vec2<u32>(child % patch_.parts.x, child / patch_.parts.x);
             let place = cells.first_place + PATCH_PLACES * slot + inner.x + PATCH_ROW * inner.y;
-            let traced = select(0u, patch_new_corners(patch_), child == 0u);
-            return Emitted(true, patch_cell(patch_, inner), place, traced, PATCH_ROW, inner, patch_.parts - 1u - inner);
+            let own = select(0u, patch_new_corners(patch_), child == 0u);
+            return Emitted(true, patch_cell(patch_, inner), place, own, PATCH_ROW, inner, patch_.parts - 1u - inner);
         }
     }
     return Emitted(false, none, 0u, 0u, 0u, vec2<u32>(0u), vec2<u32>(0u));

@@ -75,7 +75,8 @@ fn nearer_bin(cell: FootprintCell, material: u32, start: f32, span: f32, x: f32,
     let last = f32(cell.first + cell.bins - 1u);
     let own = index_at(bin, material);
     let slope = index_at(min(bin, last) + 1.0, material) - index_at(min(bin, last), material);
-    return clamp(bin + (start + x * span - own) / slope, f32(cell.first), last + 1.0);
+    let step = select((start + x * span - own) / slope, 0.0, slope == 0.0);
+    return clamp(bin + step, f32(cell.first), last + 1.0);
 }
 
 // The place in the spectrum, as a bin, of an abscissa of a cell's range. Two steps: the index is nearly linear.
@@ -174,9 +175,9 @@ struct Difference {
 // Of three landings in a row; not known where they do not belong together.
 fn second_difference(first: u32, step: u32, order: u32) -> Difference {
     let cells = params.cells;
-    let a = landings[(first * cells.nodes + cells.nodes / 2u) * cells.orders + order];
-    let b = landings[((first + step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
-    let c = landings[((first + 2u * step) * cells.nodes + cells.nodes / 2u) * cells.orders + order];
+    let a = landings[(first * cells.nodes + middle_node(cells.nodes)) * cells.orders + order];
+    let b = landings[((first + step) * cells.nodes + middle_node(cells.nodes)) * cells.orders + order];
+    let c = landings[((first + 2u * step) * cells.nodes + middle_node(cells.nodes)) * cells.orders + order];
     if !go_together(a, b) || !go_together(b, c) {
         return Difference(false, vec2<f32>(0.0), 0.0);
     }
@@ -238,7 +239,7 @@ fn fading_along() -> f32 {
         for (var corner = 0u; corner < 4u; corner++) {
             let first = corner * MOST_NODES;
             let a = parts[first] / surfaces.x;
-            let b = parts[first + nodes / 2u] / surfaces[nodes / 2u];
+            let b = parts[first + middle_node(nodes)] / surfaces[middle_node(nodes)];
             let c = parts[first + nodes - 1u] / surfaces[nodes - 1u];
             most = max(most, abs(a - 2.0 * b + c));
         }

@@ -66,8 +66,8 @@ fn lay_wide(emitted: Emitted, cell_flux: u32, first: PathLanding) {
         let from_x = f32(piece) / f32(pieces);
         let middle_x = (f32(piece) + 0.5) / f32(pieces);
         let to_x = (f32(piece) + 1.0) / f32(pieces);
-        let first_bin = min(u32(round(bin_at(cell, first.medium, from_x))), cell.first + cell.bins - 1u);
-        let end_bin = u32(round(bin_at(cell, first.medium, to_x)));
+        let first_bin = min(u32(bin_at(cell, first.medium, from_x) + 0.5), cell.first + cell.bins - 1u);
+        let end_bin = u32(bin_at(cell, first.medium, to_x) + 0.5);
         let passes = passes_of(cell, first_bin, max(end_bin - first_bin, 1u), first);
         for (var i = 0u; i < 2u; i++) {
             let t = TRIANGLES[i];

@@ -3,13 +3,13 @@
 use serde::{Deserialize, Serialize};
 
 use crate::shared::footprint_cells::{
-    WORK_BINS, WORK_CELLS, WORK_CORNERS, WORK_COUNTS, WORK_DEPOSITS, WORK_WORDS,
+    WORK_BINS, WORK_CELLS, WORK_CORNERS, WORK_COUNTS, WORK_DEPOSITS, WORK_RAYS, WORK_WORDS,
 };
 
 /// What the footprints of one light took, over its paths.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct FootprintWork {
-    /// Paths that were traced: corners of cells, one for each of their wavelengths.
+    /// Paths that were traced: of the wavelengths of a corner those that paths around do not tell.
     pub rays: u64,
     /// Paths of a uniform grid as fine as cells may become, with the same wavelengths.
     pub uniform_rays: u64,
@@ -32,8 +32,6 @@ pub(crate) struct WorkBooks {
     pub(crate) first_row: u32,
     /// Number of them.
     pub(crate) rows: u32,
-    /// Wavelengths of a cell.
-    pub(crate) nodes: u32,
     /// Of the whole spectrum.
     pub(crate) bins: u32,
     /// The `uniform_*` of [`FootprintWork`].
@@ -51,9 +49,11 @@ impl WorkBooks {
             }
         }
         let whole_spectra = sums[WORK_BINS] as f64 / f64::from(self.bins);
-        let traced = sums[WORK_CELLS] as f64 * f64::from(self.nodes);
+        // Of the wavelengths of a corner not all are traced.
+        let per_corner = sums[WORK_RAYS] as f64 / (sums[WORK_CORNERS] as f64).max(1.0);
+        let traced = sums[WORK_CELLS] as f64 * per_corner;
         FootprintWork {
-            rays: sums[WORK_CORNERS] * u64::from(self.nodes),
+            rays: sums[WORK_RAYS],
             cells: sums[WORK_CELLS],
             wavelengths_per_cell: if whole_spectra > 0.0 { traced / whole_spectra } else { 0.0 },
             deposits: sums[WORK_DEPOSITS],
@@ -69,13 +69,14 @@ mod tests {
     #[test]
     fn paths_of_a_light_add_up() {
         let uniform = FootprintWork { uniform_rays: 7, ..FootprintWork::default() };
-        let books = WorkBooks { first_row: 1, rows: 2, nodes: 3, bins: 256, uniform };
-        let row = |corners, deposits, cells, bins| [corners, 0, deposits, 1, cells, 0, bins, 0];
-        let rows = [row(1, 1, 1, 1), row(10, 20, 2, 512), row(5, 1, 2, 256), row(9, 9, 9, 9)];
+        let books = WorkBooks { first_row: 1, rows: 2, bins: 256, uniform };
+        let row =
+            |corners, deposits, cells, bins, rays| [corners, 0, deposits, 1, cells, 0, bins, 0, rays, 0];
+        let rows = [row(1, 1, 1, 1, 1), row(10, 20, 2, 512, 25), row(5, 1, 2, 256, 5), row(9, 9, 9, 9, 9)];
         let work = books.read(rows.as_flattened());
-        assert_eq!((work.rays, work.cells, work.deposits), (45, 4, 21 + (2 << 32)));
-        // Two whole cells, and one in two halves.
-        assert_eq!(work.wavelengths_per_cell, 4.0);
+        assert_eq!((work.rays, work.cells, work.deposits), (30, 4, 21 + (2 << 32)));
+        // Two whole cells, and one in two halves; two wavelengths of a corner are traced.
+        assert_eq!(work.wavelengths_per_cell, 4.0 * 2.0 / 3.0);
         assert_eq!(work.uniform_rays, 7);
         let nothing = WorkBooks { rows: 0, ..books }.read(&[]);
         assert_eq!(nothing.wavelengths_per_cell, 0.0);

@@ -11,14 +11,15 @@ use crate::passes::footprint_queue::FootprintQueue;
 use crate::passes::footprint_splat::{FootprintSplat, MOST_STEPS};
 use crate::passes::footprint_split::FootprintSplit;
 use crate::passes::map_resolve::MapResolve;
-use crate::passes::path_trace::PathTrace;
+use crate::passes::path_trace::{LATTICE, PathTrace};
 use crate::resources::Resources;
 use crate::shared::emission::{PATH_REFLECTED, PATH_REFRACTED};
 use crate::shared::flux::QUANTUM;
 use crate::shared::footprint::{
-    LEAST_BINS, PATCH_CELLS, PATCH_PLACES, PATCH_ROW, PATCH_WORDS, PATCHES_HEAD, PathEnds, PathLanding,
+    LEAST_BINS, NO_QUEUE, PATCH_CELLS, PATCH_PLACES, PATCH_ROW, PATCH_WORDS, PATCHES_HEAD, PathEnds,
+    PathLanding,
 };
-use crate::shared::footprint_cells::{FootprintCells, NO_QUEUE, QUEUES_HEAD, WORK_WORDS, cell_groups};
+use crate::shared::footprint_cells::{FootprintCells, QUEUES_HEAD, WORK_WORDS, cell_groups};
 use crate::shared::footprint_light::FootprintLight;
 use crate::shared::light_path::MOST_ASIDES;
 use crate::shared::photon_queue::QUEUE_GROUPS;
@@ -45,6 +46,9 @@ const CAPACITY: u32 = 4096;
 /// with what has to be split, which does with the cells. Every tile takes dispatches of its own, too. Tiles are interleaved: light
 /// through a slit is all in a few columns of cells, and would be in a few tiles otherwise, whose queues were too short for it.
 const TILE_SIDE: u32 = 32;
+
+/// Nodes that are told by what is around lie off by so many texels of the map at most.
+const NODE_TEXELS: f32 = 0.1;
 
 /// Most tiles along a side.
 const MOST_TILES: u32 = 8;
@@ -133,7 +137,7 @@ impl Footprints {
             uniform_deposits: uniform_cells * u64::from(self.orders) * MOST_STEPS as u64,
             ..FootprintWork::default()
         };
-        WorkBooks { first_row: 2 * i as u32, rows: 2, nodes, bins, uniform }
+        WorkBooks { first_row: 2 * i as u32, rows: 2, bins, uniform }
     }
 
     fn tiles(&self) -> u32 {
@@ -194,17 +198,7 @@ impl OverCells {
             keeps_bounds: 0,
             ..self.trace
         };
-        Self {
-            trace,
-            ..self.with(FootprintCells {
-                queue,
-                first_place,
-                next,
-                tile: 0,
-                tile_stride: 1,
-                ..self.splat.cells
-            })
-        }
+        Self { trace, ..self.with(FootprintCells { queue, first_place, next, tile: 0, ..self.splat.cells }) }
     }
 }
 
@@ -223,6 +217,8 @@ impl Caustics<'_> {
         let emission = self.view(setup.views.start);
         let map = self.view(landing_view);
         let materials = self.scene.materials.len() as u32;
+        // A fitted map may be finer than what it is fitted in.
+        let zoom = if map_view == landing_view { 1.0 } else { self.most_zoom as f32 };
         let trace = PathTrace {
             emission_view: setup.views.start,
             landing_view,
@@ -242,8 +238,8 @@ impl Caustics<'_> {
             range: setup.range,
             keeps_bounds: u32::from(map_view != landing_view),
             asides: footprints.asides,
-            reserved0: 0,
-            reserved1: 0,
+            lattice: 0,
+            tolerance: NODE_TEXELS / zoom,
         };
         let cells = FootprintCells {
             emission_view: setup.views.start,
@@ -405,6 +401,19 @@ impl Caustics<'_> {
         }
         let groups = cell_groups(texels, trace.nodes, max_groups);
         self.dispatch("path_trace", label, &trace, trace_bindings.to_vec(), groups);
+        let lattices =
+            std::iter::successors(Some(LATTICE), |step| Some(step / 2)).take_while(|step| *step > 1);
+        // One node tells nothing.
+        for lattice in lattices.filter(|_| trace.nodes > 1) {
+            let label = format!("{label}, between corners {lattice} apart");
+            self.dispatch(
+                "path_trace",
+                &label,
+                &PathTrace { lattice, ..trace },
+                trace_bindings.to_vec(),
+                groups,
+            );
+        }
         if let Some(bounds) = fitted {
             let views = [trace.landing_view, splat.cells.map_view, trace.landing_faces];
             self.fit_views(bounds, label, views, DVec2::splat(self.most_zoom), map_size.x as f32);

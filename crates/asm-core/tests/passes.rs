@@ -96,7 +96,7 @@ fn every_struct_has_the_layout_of_its_wgsl() {
             layout!(PathTrace as "PathTrace" {
                 emission_view, landing_view, landing_faces, nodes, orders, bins, materials, first_optics, queue,
                 first_place, parent_row, max_groups, path, casters, rule, range, keeps_bounds, asides,
-                reserved0, reserved1,
+                lattice, tolerance,
             }),
         ),
         (&PHOTON_PATH, photons()),

@@ -141,10 +141,10 @@ pub fn footprint_splat(light: &CellLight<'_>, map: &[AtomicU32], ledger: &[Atomi
     let cells = light.count();
     (0..cells.div_ceil(CELLS_PER_GROUP)).into_par_iter().for_each(|group| {
         let mut sums: Sums = [[(0, 0); LEDGER_ROWS]; MOST_NODES];
-        let mut work = [0; WORK_COUNTS];
+        let mut work = [0; WORK_CELL_COUNTS];
         for i in group * CELLS_PER_GROUP..cells.min((group + 1) * CELLS_PER_GROUP) {
             let Some(emitted) = light.emitted(i) else { continue };
-            work[WORK_CORNERS] += u64::from(emitted.traced);
+            work[WORK_CORNERS] += u64::from(emitted.own);
             if light.split(i) == TOGETHER {
                 work[WORK_CELLS] += 1;
                 work[WORK_BINS] += u64::from(emitted.cell.bins);
@@ -192,8 +192,9 @@ impl CellLight<'_> {
             return self.lay_wide(&spread, emitted, cell_flux, first, map);
         }
         let texels = self.views[self.params.emission_view as usize].size;
-        let part_of_light =
-            spread.parts[0][0] / ((texels.x * texels.y) << (cell.level.x + cell.level.y)) as f32;
+        // As fine as this one.
+        let cells = (texels.x * texels.y) as f32 * (1 << cell.level.x) as f32 * (1 << cell.level.y) as f32;
+        let part_of_light = spread.parts[0][0] / cells;
         let Steps { across, down, bands } = extent.steps(part_of_light, cell.bins);
         let bins = cell.bins / bands;
         let count = across * down * bands;

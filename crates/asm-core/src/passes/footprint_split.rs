@@ -119,7 +119,7 @@ pub fn footprint_split(inputs: &Inputs<'_>) {
             return;
         }
         let (along, stake) = inputs.split(&emitted);
-        let class = urgency(stake, emitted.cell.at / params.tile_stride);
+        let class = urgency(stake, &emitted.cell, params.tile_stride);
         let word = if along == TOGETHER { 0 } else { along | class << SPLIT_CLASS };
         queues[(params.splits + i) as usize].store(word, Ordering::Relaxed);
         if along != TOGETHER {
@@ -156,7 +156,7 @@ impl Inputs<'_> {
     fn landed(&self, emitted: &Emitted) -> u32 {
         let params = &self.params.cells;
         let of_order = |order| {
-            let landing = self.landings.landing(emitted, 0, params.nodes / 2, order);
+            let landing = self.landings.landing(emitted, 0, middle_node(params.nodes), order);
             if landing.end == END_LANDED { landing.part >> LANDED_SHIFT } else { 0 }
         };
         (0..params.orders).map(of_order).sum()

@@ -65,6 +65,7 @@ const FOOTPRINT_LANDINGS_WGSL: &str = include_str!("../../../../shaders/shared/f
 const FOOTPRINT_LIGHT_WGSL: &str = include_str!("../../../../shaders/shared/footprint_light.wgsl");
 const FOOTPRINT_WIDE_WGSL: &str = include_str!("../../../../shaders/shared/footprint_wide.wgsl");
 const FOOTPRINT_BOOKS_WGSL: &str = include_str!("../../../../shaders/shared/footprint_books.wgsl");
+const PATH_SPREAD_WGSL: &str = include_str!("../../../../shaders/shared/path_spread.wgsl");
 const CROSSING_WGSL: &str = include_str!("../../../../shaders/shared/crossing.wgsl");
 const EXIT_SEARCH_WGSL: &str = include_str!("../../../../shaders/shared/exit_search.wgsl");
 const LEDGER_WGSL: &str = include_str!("../../../../shaders/shared/ledger.wgsl");

@@ -1,7 +1,6 @@
 //! Paths of light from the corners of cells of the emission view to where they land. Twin of `shaders/path_trace.wgsl`; how they go
 //! on stands in [`crate::shared::light_path`].
 
-use std::ops::Range;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use bytemuck::{Pod, Zeroable};
@@ -12,18 +11,20 @@ use rayon::prelude::*;
 
 use super::{
     BVH_WGSL, CROSSING_WGSL, EMISSION_WGSL, FLUX_WGSL, FOOTPRINT_WGSL, LEDGER_WGSL, LIGHT_PATH_WGSL,
-    LIGHT_VIEWS_WGSL, OPTICS_WGSL, PHOTON_QUEUE_WGSL, REFRACT_WGSL, TRIANGLE_WGSL, VIEW_WGSL,
-    VISIBILITY_TEXTURE_ARRAY, binding,
+    LIGHT_VIEWS_WGSL, OPTICS_WGSL, PATH_SPREAD_WGSL, PHOTON_QUEUE_WGSL, REFRACT_WGSL, TRIANGLE_WGSL,
+    VIEW_WGSL, VISIBILITY_TEXTURE_ARRAY, binding,
 };
 use crate::shared::bvh::Surfaces;
-use crate::shared::flux::WHOLE;
+use crate::shared::flux::{WHOLE, add_64};
 use crate::shared::footprint::{
-    FootprintCell, PATCH_NEW, PATCH_PLACES, PATCH_ROW, PathEnds, PathLanding, node_bin,
+    CELLS_PER_GROUP, FootprintCell, MOST_NODES, NO_QUEUE, PATCH_NEW, PATCH_PLACES, PATCH_ROW, PathEnds,
+    PathLanding, middle_node, node_bin,
 };
-use crate::shared::footprint_cells::{CELLS_PER_GROUP, NO_QUEUE, queued_patch};
+use crate::shared::footprint_cells::{WORK_RAYS, queued_patch};
 use crate::shared::ledger::*;
 use crate::shared::light_path::{Arrival, LightPaths, way_on};
 use crate::shared::optics::Optics;
+use crate::shared::path_spread::{Around, CornerPaths};
 use crate::shared::photon_queue::QUEUE_COUNT;
 use crate::shared::photons::landing_bounds_add;
 use crate::shared::view::{Ray, View};
@@ -68,10 +69,10 @@ pub struct PathTrace {
     pub keeps_bounds: u32,
     /// Of its landings, those of what was thrown back behind the first glass.
     pub asides: u32,
-    /// Padding.
-    pub reserved0: u32,
-    /// Padding.
-    pub reserved1: u32,
+    /// 0: paths that tell how others go; else these, told by corners so far apart, and traced where they are not.
+    pub lattice: u32,
+    /// Of what is told, texels of the landing view.
+    pub tolerance: f32,
 }
 
 /// All that an executor needs to build and run `path_trace`.
@@ -91,6 +92,7 @@ pub const PATH_TRACE: PassInfo = PassInfo {
         FOOTPRINT_WGSL,
         EMISSION_WGSL,
         LIGHT_PATH_WGSL,
+        PATH_SPREAD_WGSL,
         include_str!("../../../../shaders/path_trace.wgsl"),
     ],
     params_struct: "PathTrace",
@@ -101,7 +103,7 @@ pub const PATH_TRACE: PassInfo = PassInfo {
         binding("views", BindingKind::Read),
         binding("optics", BindingKind::Read),
         binding("landing_visibility", VISIBILITY_TEXTURE_ARRAY),
-        binding("queues", BindingKind::ReadAtomic),
+        binding("queues", BindingKind::Atomic),
         binding("landings", BindingKind::Write),
         binding("ends", BindingKind::Write),
         binding("bounds", BindingKind::Atomic),
@@ -140,6 +142,9 @@ pub struct Inputs<'a> {
 const WAY_LANDS: u32 = 3;
 const WAY_BEYOND: u32 = 4;
 
+/// Texels along the map's edges that are beside it for light that goes by: walls stand on its border, where rounding would choose a side.
+const BORDER: f32 = 0.37;
+
 /// CPU mirror: the paths of every texel of the emission view, or of the corners of the queued patches.
 pub fn path_trace(
     inputs: &Inputs<'_>,
@@ -148,60 +153,157 @@ pub fn path_trace(
     ends: &mut [PathEnds],
     bounds: &[AtomicU32],
 ) {
-    let params = &inputs.params;
-    let (nodes, orders) = (params.nodes as usize, params.orders as usize);
-    if params.queue == NO_QUEUE {
-        let size = inputs.views[params.emission_view as usize].size;
-        let corners = landings.par_chunks_exact_mut(nodes * orders).zip(ends.par_chunks_exact_mut(nodes));
-        let corners = corners.take((size.x * size.y) as usize).enumerate();
-        return corners.with_min_len(CELLS_PER_GROUP as usize).for_each(|(place, (landings, ends))| {
-            let at = UVec2::new(place as u32 % size.x, place as u32 / size.x);
-            let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
-            inputs.trace_corner(&cell, landings, ends, bounds);
-        });
-    }
-    // Parents lie before or behind the patches' own places.
-    let first = params.first_place as usize * nodes;
-    let patches = queues[params.queue as usize + QUEUE_COUNT].load(Ordering::Relaxed) as usize;
-    let paths = PATCH_PLACES as usize * nodes;
-    let end = first + patches * paths;
-    let (landings_before, rest) = landings.split_at_mut(first * orders);
-    let (landings, landings_behind) = rest.split_at_mut((end - first) * orders);
-    let (ends_before, rest) = ends.split_at_mut(first);
-    let (ends, ends_behind) = rest.split_at_mut(end - first);
-    let patches =
-        landings.par_chunks_exact_mut(paths * orders).zip(ends.par_chunks_exact_mut(paths)).enumerate();
-    patches.with_min_len(8).for_each(|(slot, (landings, ends))| {
-        let patch = queued_patch(queues, params.queue, slot as u32);
-        let paths_of = |at: UVec2| {
-            let first = (at.x + PATCH_ROW * at.y) as usize * nodes;
+    let rays = if inputs.params.queue == NO_QUEUE {
+        inputs.trace_texels(landings, ends, bounds)
+    } else {
+        inputs.trace_patches(queues, landings, ends)
+    };
+    add_64(&queues[2 * WORK_RAYS..], rays);
+}
+
+/// All nodes of every so many corners of the emission view in x and y are traced, and of its last ones. These tell those halfway between them,
+/// and so on.
+pub const LATTICE: u32 = 8;
+
+fn on_lattice(at: UVec2, size: UVec2, step: u32) -> bool {
+    let on_line = |at, size| at % step == 0 || at == size - 1;
+    on_line(at.x, size.x) && on_line(at.y, size.y)
+}
+
+/// The paths of such corners, row by row.
+struct Lattice {
+    landings: Vec<PathLanding>,
+    ends: Vec<PathEnds>,
+    /// Of the emission view.
+    size: UVec2,
+    step: u32,
+    nodes: usize,
+    orders: usize,
+}
+
+impl Lattice {
+    fn of_texels(
+        landings: &[PathLanding],
+        ends: &[PathEnds],
+        size: UVec2,
+        step: u32,
+        nodes: usize,
+        orders: usize,
+    ) -> Self {
+        let texels = (0..size.x * size.y).map(|place| UVec2::new(place % size.x, place / size.x));
+        let paths = texels.filter(|at| on_lattice(*at, size, step)).map(|at| {
+            let first = (at.x + size.x * at.y) as usize * nodes;
             first..first + nodes
-        };
-        let landings_of = |paths: &Range<usize>| paths.start * orders..paths.end * orders;
-        for at in (0..PATCH_NEW).filter_map(|i| patch.new_corner(i)) {
-            let cell = FootprintCell { at: patch.cell(0).at + at, ..patch.cell(0) };
-            let own = paths_of(at);
-            inputs.trace_corner(&cell, &mut landings[landings_of(&own)], &mut ends[own], bounds);
-        }
-        if patch.has_parent() {
-            for corner in [UVec2::ZERO, UVec2::X, UVec2::Y, UVec2::ONE] {
-                let own = paths_of(corner * patch.parts);
-                let place = patch.parent + corner.x + params.parent_row * corner.y;
-                let from = place as usize * nodes..(place as usize + 1) * nodes;
-                if from.end <= first {
-                    landings[landings_of(&own)].copy_from_slice(&landings_before[landings_of(&from)]);
-                    ends[own].copy_from_slice(&ends_before[from]);
-                } else {
-                    let from = from.start - end..from.end - end;
-                    landings[landings_of(&own)].copy_from_slice(&landings_behind[landings_of(&from)]);
-                    ends[own].copy_from_slice(&ends_behind[from]);
-                }
-            }
-        }
-    });
+        });
+        let landings = paths.clone().flat_map(|p| &landings[p.start * orders..p.end * orders]).copied();
+        let (landings, ends) = (landings.collect(), paths.flat_map(|p| &ends[p]).copied().collect());
+        Self { landings, ends, size, step, nodes, orders }
+    }
+
+    /// Corners around one that is not among these.
+    fn around(&self, at: UVec2) -> Around<'_> {
+        let last = self.size - 1;
+        let low = UVec2::select(at.cmpeq(last), at, at / self.step * self.step);
+        let high = UVec2::select(at.cmpeq(low), at, (low + self.step).min(last));
+        let line = |at: UVec2| (at + self.step - 1) / self.step;
+        let across = line(last).x + 1;
+        let corners = [low, UVec2::new(high.x, low.y), UVec2::new(low.x, high.y), high]
+            .map(|at| (line(at).x + across * line(at).y) as usize)
+            .map(|i| CornerPaths::of(&self.landings, &self.ends, i, self.nodes, self.orders));
+        Around { corners, at: (at - low).as_vec2() / (high - low).max(UVec2::ONE).as_vec2() }
+    }
 }
 
 impl<'a> Inputs<'a> {
+    /// Of the emission view. Returns how many paths were traced.
+    fn trace_texels(&self, landings: &mut [PathLanding], ends: &mut [PathEnds], bounds: &[AtomicU32]) -> u64 {
+        let params = &self.params;
+        let (nodes, orders) = (params.nodes as usize, params.orders as usize);
+        let size = self.views[params.emission_view as usize].size;
+        let step = params.lattice;
+        let lattice = (step > 0).then(|| Lattice::of_texels(landings, ends, size, step, nodes, orders));
+        let corners = landings.par_chunks_exact_mut(nodes * orders).zip(ends.par_chunks_exact_mut(nodes));
+        let corners = corners.take((size.x * size.y) as usize).enumerate();
+        let rays = corners.with_min_len(CELLS_PER_GROUP as usize).map(|(place, (landings, ends))| {
+            let at = UVec2::new(place as u32 % size.x, place as u32 / size.x);
+            let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
+            let middle = |node| node == self.middle();
+            let taken = |node| match step {
+                0 => middle(node) || on_lattice(at, size, LATTICE),
+                _ => !middle(node) && on_lattice(at, size, step / 2) && !on_lattice(at, size, step),
+            };
+            let here = (0..nodes).filter(|node| taken(*node));
+            let rays = match &lattice {
+                None => self.trace_corner(&cell, taken, landings, ends),
+                Some(_) if here.clone().next().is_none() => 0,
+                Some(lattice) => self.trace_rest(&cell, &lattice.around(at), landings, ends),
+            };
+            if params.keeps_bounds == 1 {
+                for landing in here.flat_map(|node| &landings[node * orders..(node + 1) * orders]) {
+                    self.add_bounds(landing, bounds);
+                }
+            }
+            rays
+        });
+        rays.sum()
+    }
+
+    /// Of the queued patches. Returns how many paths were traced.
+    fn trace_patches(
+        &self,
+        queues: &[AtomicU32],
+        landings: &mut [PathLanding],
+        ends: &mut [PathEnds],
+    ) -> u64 {
+        let params = &self.params;
+        let (nodes, orders) = (params.nodes as usize, params.orders as usize);
+        // Parents lie before or behind the patches' own places.
+        let first = params.first_place as usize * nodes;
+        let patches = queues[params.queue as usize + QUEUE_COUNT].load(Ordering::Relaxed) as usize;
+        let paths = PATCH_PLACES as usize * nodes;
+        let end = first + patches * paths;
+        let (landings_before, rest) = landings.split_at_mut(first * orders);
+        let (landings, landings_behind) = rest.split_at_mut((end - first) * orders);
+        let (ends_before, rest) = ends.split_at_mut(first);
+        let (ends, ends_behind) = rest.split_at_mut(end - first);
+        let parents = |place: usize| {
+            if place * nodes < first {
+                CornerPaths::of(landings_before, ends_before, place, nodes, orders)
+            } else {
+                CornerPaths::of(landings_behind, ends_behind, place - end / nodes, nodes, orders)
+            }
+        };
+        let patches =
+            landings.par_chunks_exact_mut(paths * orders).zip(ends.par_chunks_exact_mut(paths)).enumerate();
+        let rays = patches.with_min_len(8).map(|(slot, (landings, ends))| {
+            let patch = queued_patch(queues, params.queue, slot as u32);
+            let paths_of = |at: UVec2| {
+                let first = (at.x + PATCH_ROW * at.y) as usize * nodes;
+                (first * orders..(first + nodes) * orders, first..first + nodes)
+            };
+            let mut rays = 0;
+            for at in (0..PATCH_NEW).filter_map(|i| patch.new_corner(i)) {
+                let cell = FootprintCell { at: patch.cell(0).at + at, ..patch.cell(0) };
+                let (own_landings, own_ends) = paths_of(at);
+                rays += self.trace_corner(&cell, |_| true, &mut landings[own_landings], &mut ends[own_ends]);
+            }
+            if patch.has_parent() {
+                for outer in [UVec2::ZERO, UVec2::X, UVec2::Y, UVec2::ONE] {
+                    let from = parents((patch.parent + outer.x + params.parent_row * outer.y) as usize);
+                    let (own_landings, own_ends) = paths_of(outer * patch.parts);
+                    landings[own_landings].copy_from_slice(from.landings);
+                    ends[own_ends].copy_from_slice(from.ends);
+                }
+            }
+            rays
+        });
+        rays.sum()
+    }
+
+    fn middle(&self) -> usize {
+        middle_node(self.params.nodes) as usize
+    }
+
     fn paths(&self) -> LightPaths<'a> {
         let params = &self.params;
         LightPaths {
@@ -222,34 +324,48 @@ impl<'a> Inputs<'a> {
         }
     }
 
-    /// The first corner of a cell, at all nodes; `landings` has node x order, `ends` nodes.
+    /// The first corner of a cell, at the wanted nodes; `landings` has node x order, `ends` nodes. Returns how many that were.
     fn trace_corner(
         &self,
         cell: &FootprintCell,
+        wanted: impl Fn(usize) -> bool,
         landings: &mut [PathLanding],
         ends: &mut [PathEnds],
-        bounds: &[AtomicU32],
-    ) {
+    ) -> u64 {
         let params = &self.params;
         let paths = self.paths();
         let ray = self.views[params.emission_view as usize].ray(cell.corner(0));
         let first = paths.first_surface(ray);
-        landings.fill(PathLanding { end: END_MISSED, ..PathLanding::default() });
-        let of_nodes = landings.chunks_exact_mut(params.orders as usize).zip(ends).zip(0..);
-        for ((landings, ends), node) in of_nodes {
-            let bin = node_bin(params.nodes, node, cell);
+        let of_nodes = landings.chunks_exact_mut(params.orders as usize).zip(ends).enumerate();
+        let mut rays = 0;
+        for (node, (landings, ends)) in of_nodes.filter(|(node, _)| wanted(*node)) {
+            landings.fill(PathLanding { end: END_MISSED, ..PathLanding::default() });
             *ends = match &first {
                 Err(end) => PathEnds { end: *end, ..PathEnds::default() },
-                Ok(met) => paths.trace_from(ray, met, bin, WHOLE, |arrival| {
-                    landings[arrival.order as usize] = self.landing(&paths, &arrival);
-                }),
+                Ok(met) => {
+                    paths.trace_from(ray, met, node_bin(params.nodes, node as u32, cell), WHOLE, |arrival| {
+                        landings[arrival.order as usize] = self.landing(&paths, &arrival);
+                    })
+                }
             };
+            rays += 1;
         }
-        if params.keeps_bounds == 1 {
-            for landing in landings.iter().filter(|landing| landing.end == END_LANDED) {
-                self.add_bounds(landing, bounds);
-            }
+        rays
+    }
+
+    /// As [`Inputs::trace_corner`] at those nodes but the middle one that what is around does not tell.
+    fn trace_rest(
+        &self,
+        cell: &FootprintCell,
+        around: &Around<'_>,
+        landings: &mut [PathLanding],
+        ends: &mut [PathEnds],
+    ) -> u64 {
+        let mut untold = [false; MOST_NODES];
+        for node in (0..ends.len()).filter(|node| *node != self.middle()) {
+            untold[node] = !around.tell_path(landings, ends, node, self.params.tolerance);
         }
+        if untold.contains(&true) { self.trace_corner(cell, |node| untold[node], landings, ends) } else { 0 }
     }
 
     /// The landing that footprints are made of.
@@ -291,13 +407,17 @@ impl<'a> Inputs<'a> {
     fn way_beyond(&self, way: u32, ray: &Ray, distance: f32) -> u32 {
         let view = &self.views[self.params.landing_view as usize];
         let at = view.project(ray.origin + distance * ray.direction);
-        let (before, behind) = (at.texel.cmplt(Vec2::ZERO), at.texel.cmpge(view.size.as_vec2()));
+        let (before, behind) =
+            (at.texel.cmplt(Vec2::splat(BORDER)), at.texel.cmpge(view.size.as_vec2() - BORDER));
         let sides = before.bitmask() | behind.bitmask() << 2 | u32::from(at.z <= 0.0) << 4;
         let sides = if self.params.landing_faces == 1 { sides } else { 0 };
         way_on(way, 8 * sides + WAY_BEYOND)
     }
 
     fn add_bounds(&self, landing: &PathLanding, bounds: &[AtomicU32]) {
+        if landing.end != END_LANDED {
+            return;
+        }
         let face = landing.place & 0xff;
         let size = self.views[(self.params.landing_view + face) as usize].size;
         landing_bounds_add(size, face, landing.texel, bounds);

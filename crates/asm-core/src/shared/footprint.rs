@@ -66,6 +66,17 @@ pub struct FootprintCell {
     pub bins: u32,
 }
 
+/// There is no queue of patches.
+pub const NO_QUEUE: u32 = u32::MAX;
+
+/// Of a workgroup: cells, corners of the emission view, or patches of which it takes one cell or one corner each.
+pub const CELLS_PER_GROUP: u32 = 64;
+
+/// The node whose paths tell how cells bend, and how those of the others go.
+pub fn middle_node(nodes: u32) -> u32 {
+    nodes / 2
+}
+
 /// No range is split into shorter ones.
 pub const LEAST_BINS: u32 = 4;
 
@@ -130,6 +141,11 @@ pub const PATCH_CELLS: u32 = 4;
 
 /// Most corners of a patch that its parent does not have.
 pub const PATCH_NEW: u32 = 5;
+
+/// Workgroups for each [`CELLS_PER_GROUP`] patches of a queue: enough for all corners at all nodes, and for all cells and orders.
+pub(crate) fn patch_share(nodes: u32, orders: u32) -> u32 {
+    PATCH_NEW * nodes.max(orders)
+}
 
 /// What a cell is split into: cells in x and y, or the cell itself with a part of its range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -44,25 +44,15 @@ pub struct FootprintCells {
     pub max_groups: u32,
     /// First cell of the tile: x, y << 16.
     pub tile: u32,
-    /// From a cell of the tile to the next one in x or y, cells; 1 for patches.
+    /// From a cell of the tile to the next one in x or y, cells of the emission view.
     pub tile_stride: u32,
 }
 
-/// No patches are queued.
-pub const NO_QUEUE: u32 = u32::MAX;
-
-/// Cells that a workgroup takes, or patches of which it takes one cell or corner each.
-pub const CELLS_PER_GROUP: u32 = 64;
-
-/// Workgroups of a dispatch with `share` of them for each [`CELLS_PER_GROUP`] cells, or for as many corners or patches. These are neighbours:
-/// some drivers cut the row of workgroups into one piece for each of their threads, and pieces of a row have the same work.
+/// Workgroups of a dispatch with `share` of them for each [`CELLS_PER_GROUP`] cells, corners or patches, which are dealt out alike, as many
+/// neighbours in turn: some drivers cut the row of workgroups into one piece for each of their threads, and pieces of a row have the same
+/// work.
 pub(crate) fn cell_groups(cells: u32, share: u32, max_groups: u32) -> [u32; 3] {
     queue_groups(cells.div_ceil(CELLS_PER_GROUP) * share, 1, 1, max_groups)
-}
-
-/// Of those of a queue of patches: enough for all corners at all nodes, and for all cells and orders.
-pub(crate) fn patch_share(nodes: u32, orders: u32) -> u32 {
-    PATCH_NEW * nodes.max(orders)
 }
 
 /// A cell and its first corner.
@@ -72,8 +62,8 @@ pub struct Emitted {
     pub cell: FootprintCell,
     /// Of the cell's first corner.
     pub place: u32,
-    /// Corners that were traced for its patch, at the first cell of it.
-    pub traced: u32,
+    /// Corners that its patch has of its own, at the first cell of it.
+    pub own: u32,
     /// From its upper to its lower corners, places.
     pub row: u32,
     /// Corners before the first in x and y, in one row of places with it.
@@ -91,7 +81,7 @@ pub const APART_IN_Y: u32 = 2;
 /// Wavelengths.
 pub const BANDS_APART: u32 = 4;
 
-/// Counts of what was done stand at the start of the queues, low and high word each: corners traced.
+/// Counts of what was done stand at the start of the queues, low and high word each: corners that cells have of their own.
 pub const WORK_CORNERS: usize = 0;
 /// Tents put down, and texels that gathered light.
 pub const WORK_DEPOSITS: usize = 1;
@@ -99,8 +89,12 @@ pub const WORK_DEPOSITS: usize = 1;
 pub const WORK_CELLS: usize = 2;
 /// Bins of these cells.
 pub const WORK_BINS: usize = 3;
+/// Number of those of cells.
+pub const WORK_CELL_COUNTS: usize = 4;
+/// Paths traced.
+pub const WORK_RAYS: usize = 4;
 /// Number of counts.
-pub const WORK_COUNTS: usize = 4;
+pub const WORK_COUNTS: usize = 5;
 /// Words of them.
 pub const WORK_WORDS: usize = 2 * WORK_COUNTS;
 
@@ -127,8 +121,11 @@ fn class_of(stake: u32) -> u32 {
     (2 * (bit - NEGLIGIBLE.ilog2()) + (stake >> (bit - 1) & 1)).min(CLASSES as u32 / 4 - 1)
 }
 
-/// Class of urgency of a split; of equal stakes every fourth cell of a tile comes before the others, so that queues are filled evenly.
-pub fn urgency(stake: u32, at: UVec2) -> u32 {
+/// Class of urgency of a split; of equal stakes every fourth cell of a tile comes before the others, so that queues are filled evenly. Along a
+/// side that has not been halved the cells of a tile lie apart.
+pub fn urgency(stake: u32, cell: &FootprintCell, tile_stride: u32) -> u32 {
+    let apart = UVec2::select(cell.level.cmpeq(UVec2::ZERO), UVec2::splat(tile_stride), UVec2::ONE);
+    let at = cell.at / apart;
     4 * class_of(stake) + 2 * ((at.x ^ at.y) & 1) + (at.y & 1)
 }
 
@@ -177,7 +174,7 @@ impl Cells<'_> {
             let at = first + params.tile_stride * UVec2::new(i % cells.x, i / cells.x);
             let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
             let place = at.y * size.x + at.x;
-            return Some(Emitted { cell, place, traced: 1, row: size.x, before: at, behind: size - 2 - at });
+            return Some(Emitted { cell, place, own: 1, row: size.x, before: at, behind: size - 2 - at });
         }
         let (slot, child) = (i / PATCH_CELLS, i % PATCH_CELLS);
         let patch = queued_patch(self.queues, params.queue, slot);
@@ -188,7 +185,7 @@ impl Cells<'_> {
         Some(Emitted {
             cell: patch.cell(child),
             place: params.first_place + PATCH_PLACES * slot + inner.x + PATCH_ROW * inner.y,
-            traced: if child == 0 { patch.new_corners() } else { 0 },
+            own: if child == 0 { patch.new_corners() } else { 0 },
             row: PATCH_ROW,
             before: inner,
             behind: patch.parts - 1 - inner,
@@ -225,4 +222,55 @@ impl Cells<'_> {
 pub fn queued_patch(queues: &[AtomicU32], queue: u32, slot: u32) -> Patch {
     let word = queue as usize + PATCHES_HEAD + PATCH_WORDS * slot as usize;
     Patch::from_words(std::array::from_fn(|i| queues[word + i].load(Ordering::Relaxed)))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    const STRIDE: u32 = 4;
+
+    fn cells_of_tile(tile: UVec2, size: UVec2) -> Vec<FootprintCell> {
+        let view = View { size, ..View::zeroed() };
+        let params = FootprintCells {
+            queue: NO_QUEUE,
+            bins: SPECTRUM_BINS,
+            tile: tile.x | tile.y << 16,
+            tile_stride: STRIDE,
+            ..FootprintCells::zeroed()
+        };
+        let cells = Cells { params, views: &[view], queues: &[] };
+        (0..cells.count()).filter_map(|i| cells.emitted(i)).map(|emitted| emitted.cell).collect()
+    }
+
+    #[test]
+    fn tiles_have_every_cell_once() {
+        for size in [UVec2::splat(128), UVec2::new(66, 35)] {
+            let tiles = (0..STRIDE * STRIDE).map(|tile| UVec2::new(tile % STRIDE, tile / STRIDE));
+            let mut all: Vec<_> = tiles.flat_map(|tile| cells_of_tile(tile, size)).collect();
+            all.sort_by_key(|cell| (cell.at.y, cell.at.x));
+            let cells = size - 1;
+            let wanted = (0..cells.x * cells.y).map(|i| UVec2::new(i % cells.x, i / cells.x));
+            assert!(all.iter().map(|cell| cell.at).eq(wanted), "{size}");
+        }
+    }
+
+    #[test]
+    fn of_equal_stakes_every_fourth_cell_of_a_tile_comes_first() {
+        let of_tile = cells_of_tile(UVec2::new(3, 1), UVec2::splat(128));
+        for parts in [UVec2::ONE, UVec2::new(2, 1), UVec2::new(1, 2), UVec2::splat(2)] {
+            let patches = of_tile.iter().map(|cell| Patch { cell: *cell, parts, parent: 0 });
+            let mut classes = BTreeMap::<u32, u32>::new();
+            for cell in patches.flat_map(|patch| (0..patch.cells()).map(move |child| patch.cell(child))) {
+                *classes.entry(urgency(WHOLE, &cell, STRIDE)).or_default() += 1;
+            }
+            let cells = of_tile.len() as u32 * parts.element_product();
+            assert_eq!(classes.len(), 4, "{parts}");
+            assert!(classes.values().all(|count| count.abs_diff(cells / 4) < cells / 16), "{classes:?}");
+        }
+    }
 }

@@ -205,7 +205,8 @@ impl Landings<'_> {
         (0..2).fold(bin, |bin, _| {
             let edge = bin.min(last);
             let slope = self.index_at(edge + 1.0, material) - self.index_at(edge, material);
-            let beside = (start + x * span - self.index_at(bin, material)) / slope;
+            let off = start + x * span - self.index_at(bin, material);
+            let beside = if slope == 0.0 { 0.0 } else { off / slope };
             (bin + beside).clamp(cell.first as f32, last + 1.0)
         })
     }
@@ -213,7 +214,9 @@ impl Landings<'_> {
     /// Second differences of three landings in a row, texels, and of their share of the flux; none where they do not belong together.
     fn second_difference(&self, places: [u32; 3], order: u32) -> Option<(Vec2, f32)> {
         let params = &self.params;
-        let path = |place: u32| ((place * params.nodes + params.nodes / 2) * params.orders + order) as usize;
+        let path = |place: u32| {
+            ((place * params.nodes + middle_node(params.nodes)) * params.orders + order) as usize
+        };
         let [a, b, c] = places.map(|place| &self.landings[path(place)]);
         (a.goes_with(b) && b.goes_with(c)).then(|| {
             let fades = a.share() - 2.0 * b.share() + c.share();
@@ -292,7 +295,8 @@ impl Spread {
             return 0.0;
         }
         let second = |parts: &[f32; MOST_NODES]| {
-            let [a, b, c] = [0, self.nodes / 2, self.nodes - 1].map(|node| parts[node] / self.surfaces[node]);
+            let [a, b, c] = [0, middle_node(self.nodes as u32) as usize, self.nodes - 1]
+                .map(|node| parts[node] / self.surfaces[node]);
             (a - 2.0 * b + c).abs()
         };
         self.parts.iter().map(second).fold(0.0, f32::max) / 8.0

@@ -72,7 +72,7 @@ impl CellLight<'_> {
         for piece in 0..pieces {
             let [from_x, middle_x, to_x] =
                 [0.0, 0.5, 1.0].map(|share| (piece as f32 + share) / pieces as f32);
-            let [first_bin, end_bin] = [from_x, to_x].map(|x| self.bin_at(cell, medium, x).round() as u32);
+            let [first_bin, end_bin] = [from_x, to_x].map(|x| (self.bin_at(cell, medium, x) + 0.5) as u32);
             let first_bin = first_bin.min(cell.first + cell.bins - 1);
             let passes = self.passes(spread, cell, first_bin, (end_bin - first_bin).max(1), first);
             let at: [Vec2; 4] = std::array::from_fn(|corner| spread.place_at(corner, middle_x));

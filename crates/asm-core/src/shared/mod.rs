@@ -18,6 +18,7 @@ pub mod ledger;
 pub mod light_path;
 pub mod light_views;
 pub mod optics;
+pub mod path_spread;
 pub mod photon_queue;
 pub mod photons;
 pub mod refract;

@@ -129,6 +129,9 @@ fn footprints_have_their_plans() {
             for (_, path) in paths.into_iter().filter(|(kept, _)| *kept) {
                 wanted.push("clear cell queues".into());
                 wanted.push(format!("path_trace ({path})"));
+                let between =
+                    [8, 4, 2].map(|step| format!("path_trace ({path}, between corners {step} apart)"));
+                wanted.extend(between);
                 wanted.push("clear map".into());
                 wanted.push(format!("footprint_split ({path})"));
                 wanted.push(format!("footprints ({path}, tiles)"));
