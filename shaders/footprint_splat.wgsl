@@ -153,7 +153,10 @@ fn lay_points(emitted: Emitted, cell_flux: u32, order: u32) {
     }
 }
 
-var<workgroup> work: array<atomic<u32>, WORK_COUNTS>;
+// Counts of cells, the first ones of all.
+const CELL_COUNTS: u32 = 3u;
+
+var<workgroup> work: array<atomic<u32>, CELL_COUNTS>;
 
 // Of this cell.
 var<private> deposits: u32;
@@ -167,15 +170,12 @@ fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
     for (var i = local; i < LEDGER_SUMS; i += CELLS) {
         atomicStore(&sums[i], 0u);
     }
-    if local < WORK_COUNTS {
+    if local < CELL_COUNTS {
         atomicStore(&work[local], 0u);
     }
     workgroupBarrier();
     let i = taken_cell(group, local);
     let emitted = emitted_cell(i);
-    if emitted.exists && order == 0u {
-        atomicAdd(&work[WORK_CORNERS], emitted.own);
-    }
     if emitted.exists && split_of(i) == TOGETHER {
         deposits = 0u;
         let flux = flux_of_cell(emitted.cell);
@@ -192,7 +192,7 @@ fn footprint_splat(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invoc
         atomicAdd(&work[WORK_DEPOSITS], deposits);
     }
     workgroupBarrier();
-    if local < WORK_COUNTS {
+    if local < CELL_COUNTS {
         let count = atomicLoad(&work[local]);
         let before = atomicAdd(&queues[2u * local], count);
         if before + count < before {

@@ -20,8 +20,8 @@ struct PathTrace {
     range: f32,        // light beyond this distance is dark; 0 has no end
     keeps_bounds: u32, // 1: `bounds` gets where paths land
     asides: u32,       // of its landings
-    lattice: u32,      // 0: paths that tell how others go; else these, told by corners so far apart, and traced where they are not
-    tolerance: f32,    // of what is told, texels of the landing view
+    lattice: u32,      // spacing of corners of the emission view that tell, when all their nodes are known, how those halfway between them go
+    tolerance: f32,    // of what is told, texels of the landing view; 0: nothing yet, all nodes of that lattice are traced, and all middle ones
 }
 
 @group(0) @binding(0) var<uniform> params: PathTrace;
@@ -85,7 +85,7 @@ fn path_arrives(path: u32, order: u32, arrival: Arrival, length: f32, medium: u3
 fn landing_bounds_add(landing: PathLanding) {
     let face = landing.place & 0xffu;
     let size = views[params.landing_view + face].size;
-    let texel = min(vec2<u32>(landing.texel), size - 1u);
+    let texel = min(vec2<u32>(max(landing.texel, vec2<f32>(0.0))), size - 1u);
     let reach = vec4<u32>(size.x - texel.x, texel.x + 1u, size.y - texel.y, texel.y + 1u);
     for (var i = 0u; i < 4u; i++) {
         let word = 4u * face + i;
@@ -96,7 +96,7 @@ fn landing_bounds_add(landing: PathLanding) {
     }
 }
 
-var<workgroup> rays: atomic<u32>;
+var<workgroup> work: array<atomic<u32>, 2>; // corners and rays
 
 // The first corner of a cell, at one of its nodes: with all of them an invocation would go round too often for some drivers.
 fn trace_corner(cell: FootprintCell, place: u32, node: u32) {
@@ -107,7 +107,7 @@ fn trace_corner(cell: FootprintCell, place: u32, node: u32) {
         path_arrives(path, order, nowhere(END_MISSED, 0u, 0u), 0.0, 0u);
     }
     ends[path] = trace_path(path, light_ray, node_bin(params.nodes, node, cell), WHOLE);
-    atomicAdd(&rays, 1u);
+    atomicAdd(&work[1], 1u);
 }
 
 fn keep_bounds(path: u32) {
@@ -129,10 +129,7 @@ fn take_over(place: u32, parents: u32, node: u32) {
     }
 }
 
-// All nodes of every so many corners of the emission view in x and y are traced, and of its last ones. These tell those halfway between them,
-// and so on.
-const LATTICE: u32 = 8u;
-
+// Every so many corners in x and y, and the last ones.
 fn on_lattice(at: vec2<u32>, size: vec2<u32>, step: u32) -> bool {
     return all((at % step == vec2<u32>(0u)) | (at == size - 1u));
 }
@@ -154,18 +151,20 @@ struct Corner {
     node: u32,
 }
 
+fn takes_texel(at: vec2<u32>, size: vec2<u32>, node: u32) -> bool {
+    let middle = node == middle_node(params.nodes);
+    if params.tolerance == 0.0 {
+        return middle || on_lattice(at, size, params.lattice);
+    }
+    return !middle && on_lattice(at, size, params.lattice / 2u) && !on_lattice(at, size, params.lattice);
+}
+
 // Of the emission view. Paths that corners of the lattice tell are told, the others are traced.
 fn texel_corner(i: u32, node: u32) -> Corner {
     let size = views[params.emission_view].size;
     let at = vec2<u32>(i % size.x, i / size.x);
-    let step = max(params.lattice, 1u);
-    var exists = i < size.x * size.y;
-    if params.lattice == 0u {
-        exists &= node == middle_node(params.nodes) || on_lattice(at, size, LATTICE);
-    } else {
-        exists &= node != middle_node(params.nodes) && on_lattice(at, size, step / 2u) && !on_lattice(at, size, step);
-    }
-    let told = exists && params.lattice != 0u && tell_path(i, lattice_around(at, size, step), node);
+    let exists = i < size.x * size.y && takes_texel(at, size, node);
+    let told = exists && params.tolerance > 0.0 && tell_path(i, lattice_around(at, size, params.lattice), node);
     return Corner(exists, exists && !told, FootprintCell(at, vec2<u32>(0u), 0u, params.bins), i, node);
 }
 
@@ -197,13 +196,10 @@ fn taken_corner(row: u32, local: u32) -> Corner {
     return Corner(false, false, FootprintCell(vec2<u32>(0u), vec2<u32>(0u), 0u, params.bins), 0u, 0u);
 }
 
-// Word of the queues that rays are counted in, low and high, behind the counts of footprint_cells.wgsl.
-const WORK_RAYS: u32 = 8u;
-
 @compute @workgroup_size(64, 1, 1)
 fn path_trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_index) local: u32) {
-    if local == 0u {
-        atomicStore(&rays, 0u);
+    if local < 2u {
+        atomicStore(&work[local], 0u);
     }
     workgroupBarrier();
     let taken = taken_corner(queue_row(group, params.max_groups), local);
@@ -211,15 +207,21 @@ fn path_trace(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation
     if taken.traced {
         trace_corner(taken.cell, taken.place, taken.node);
     }
+    if taken.exists && taken.node == middle_node(params.nodes) {
+        atomicAdd(&work[0], 1u);
+    }
     if taken.exists && params.keeps_bounds == 1u {
         keep_bounds(taken.place * params.nodes + taken.node);
     }
     workgroupBarrier();
-    if local == 0u {
-        let count = atomicLoad(&rays);
-        let before = atomicAdd(&queues[WORK_RAYS], count);
-        if before + count < before {
-            atomicAdd(&queues[WORK_RAYS + 1u], 1u);
+    if local < 2u {
+        let count = atomicLoad(&work[local]);
+        if count > 0u {
+            let word = 2u * (WORK_CORNERS + local);
+            let before = atomicAdd(&queues[word], count);
+            if before + count < before {
+                atomicAdd(&queues[word + 1u], 1u);
+            }
         }
     }
 }

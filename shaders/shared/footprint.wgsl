@@ -4,7 +4,7 @@
 // cell      the square between four neighbouring texel centres of the emission view, or a part of one after splits in x and y
 // bin       part of the light's spectrum; bins are even in 1 / wavelength^2, along which light moves evenly
 // range     the bins that a cell stands for: all, or a part after splits in two
-// node      a wavelength of a range that is traced: the lower end of a bin
+// node      a wavelength of a range that paths are followed at: the lower end of a bin
 // order     number of reflections inside the glass
 // path      one corner of one cell at one node
 
@@ -126,6 +126,14 @@ fn patch_share(nodes: u32, orders: u32) -> u32 {
     return PATCH_NEW * max(nodes, orders);
 }
 
+// Counts of what was done stand at the start of the queues, low and high word each.
+const WORK_DEPOSITS: u32 = 0u; // tents put down, and texels that gathered light
+const WORK_CELLS: u32 = 1u;    // laid down
+const WORK_BINS: u32 = 2u;     // of these cells
+const WORK_CORNERS: u32 = 3u;  // that paths begin at
+const WORK_RAYS: u32 = 4u;     // traced from them
+const WORK_COUNTS: u32 = 5u;
+
 // A queue of patches: the head of photon_queue.wgsl, how many patches of each class of urgency there were to put into it, then
 // patches of three words.
 const CLASSES: u32 = 64u;      // four of each class of stakes
@@ -150,11 +158,6 @@ fn patch_from_words(words: vec3<u32>) -> Patch {
 fn patch_cell(patch_: Patch, inner: vec2<u32>) -> FootprintCell {
     let cell = patch_.cell;
     return FootprintCell(patch_.parts * cell.at + inner, cell.level + patch_.parts - 1u, cell.first, cell.bins);
-}
-
-fn patch_new_corners(patch_: Patch) -> u32 {
-    let cells = patch_.parts.x * patch_.parts.y;
-    return select(select(PATCH_NEW, 2u, cells == 2u), 4u, cells == 1u);
 }
 
 // The corners that are traced for it; beyond its own where there are fewer.

@@ -45,7 +45,6 @@ struct Emitted {
     exists: bool,
     cell: FootprintCell,
     place: u32,        // of the cell's first corner
-    own: u32,          // corners that its patch has of its own, at the first cell of it
     row: u32,          // from its upper to its lower corners, places
     before: vec2<u32>, // corners before the first in x and y, in one row of places with it
     behind: vec2<u32>, // corners behind the last
@@ -57,15 +56,8 @@ const APART_IN_X: u32 = 1u;  // corners to the left and to the right
 const APART_IN_Y: u32 = 2u;  // above and below
 const BANDS_APART: u32 = 4u; // wavelengths
 
-// Counts of what was done stand at the start of the queues, low and high word each.
-const WORK_CORNERS: u32 = 0u;  // that cells have of their own
-const WORK_DEPOSITS: u32 = 1u; // tents put down, and texels that gathered light
-const WORK_CELLS: u32 = 2u;    // laid down
-const WORK_BINS: u32 = 3u;     // of these cells
-const WORK_COUNTS: u32 = 4u; // those of cells
-
-// Word of the queues behind these counts and that of rays, see path_trace.wgsl: light that lands of the emission view's cells, in parts of a whole cell's flux.
-const LANDED: u32 = 10u;
+// Word of the queues behind the counts of what was done: light that lands of the emission view's cells, in parts of a whole cell's flux.
+const LANDED: u32 = 2u * WORK_COUNTS;
 
 // Bits of a part, see flux.wgsl, below those that are counted there.
 const LANDED_SHIFT: u32 = 20u;
@@ -108,7 +100,7 @@ fn emitted_cell(i: u32) -> Emitted {
         let tile = (size - 1u - first + cells.tile_stride - 1u) / cells.tile_stride;
         let at = first + cells.tile_stride * vec2<u32>(i % tile.x, i / tile.x);
         let cell = FootprintCell(at, vec2<u32>(0u), 0u, cells.bins);
-        return Emitted(at.y < size.y - 1u, cell, at.y * size.x + at.x, 1u, size.x, at, size - 2u - at);
+        return Emitted(at.y < size.y - 1u, cell, at.y * size.x + at.x, size.x, at, size - 2u - at);
     }
     let slot = i / PATCH_CELLS;
     let child = i % PATCH_CELLS;
@@ -117,11 +109,10 @@ fn emitted_cell(i: u32) -> Emitted {
         if child < patch_.parts.x * patch_.parts.y {
             let inner = vec2<u32>(child % patch_.parts.x, child / patch_.parts.x);
             let place = cells.first_place + PATCH_PLACES * slot + inner.x + PATCH_ROW * inner.y;
-            let own = select(0u, patch_new_corners(patch_), child == 0u);
-            return Emitted(true, patch_cell(patch_, inner), place, own, PATCH_ROW, inner, patch_.parts - 1u - inner);
+            return Emitted(true, patch_cell(patch_, inner), place, PATCH_ROW, inner, patch_.parts - 1u - inner);
         }
     }
-    return Emitted(false, none, 0u, 0u, 0u, vec2<u32>(0u), vec2<u32>(0u));
+    return Emitted(false, none, 0u, 0u, vec2<u32>(0u), vec2<u32>(0u));
 }
 
 // No class below this one goes into the next queue: all from it on are worth it and fit together.

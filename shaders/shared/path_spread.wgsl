@@ -1,12 +1,12 @@
 // What a path does at other nodes than the middle one, as told by how wavelengths go apart at corners around it. Host side: asm-core's
 // `shared/path_spread.rs`.
 //
-// Expects the globals `landings`, `ends`, `params.nodes`, `params.orders` and `params.tolerance`.
+// Expects the globals `landings`, `ends`, `views`, `params.nodes`, `params.orders`, `params.landing_view` and `params.tolerance`.
 
 // Corners around one, and where it lies between them, 0 to 1 in x and y.
 struct Around {
     places: vec4<u32>, // upper left, upper right, lower left, lower right
-    at: vec2<f32>,
+    weight: vec2<f32>,
 }
 
 // Of what a path lands off the plane through those around, its nodes land apart by so much at most: dispersion of dense flint.
@@ -15,12 +15,12 @@ const MOST_DISPERSION: f32 = 1.0 / 16.0;
 // Between corners around, what changes from one to another is off by so much of that at most: a parabola that begins or ends level.
 const MOST_BETWEEN: f32 = 0.25;
 
-// Flux that changes more from one corner around to another, as a share of a path's, is not told.
+// Flux is not told where what lies between its nodes changes more from one corner around to another, as a share of a path's.
 const MOST_UNEVEN: f32 = 1.0 / 128.0;
 
 // From one part to another, as a share of the whole.
 fn share_apart(a: u32, b: u32) -> f32 {
-    return f32(i32(b - a)) / 2147483648.0;
+    return f32(i32(b - a)) / f32(WHOLE);
 }
 
 // From one node's landing to another's: texels in x and y, share of the flux, length inside.
@@ -29,22 +29,21 @@ fn apart_of(a: PathLanding, b: PathLanding) -> vec4<f32> {
 }
 
 fn told_part(part: u32, apart: f32, left: u32) -> u32 {
-    let by = i32(apart * 2147483648.0);
+    let by = i32(apart * f32(WHOLE));
     return min(select(part + u32(by), 0u, by < 0 && u32(-by) > part), left);
 }
 
-// Of the middle node's landing.
 fn landing_around(around: Around, corner: u32, node: u32, order: u32) -> PathLanding {
     return landings[(around.places[corner] * params.nodes + node) * params.orders + order];
 }
 
-// What changes around a path.
-struct Spread {
-    known: bool,     // light goes one way around at both nodes, and changes so little that it is known between the corners
-    apart: vec4<f32>, // from the middle node's landing to the other's
+// From the middle node's landing to another's.
+struct NodeShift {
+    known: bool,      // light goes one way around at both nodes, and changes so little that it is known between the corners
+    apart: vec4<f32>, // see apart_of
 }
 
-fn spread_around(own: PathLanding, around: Around, node: u32, order: u32) -> Spread {
+fn shift_around(own: PathLanding, around: Around, node: u32, order: u32) -> NodeShift {
     var texels: array<vec2<f32>, 4>;
     var apart: array<vec4<f32>, 4>;
     var together = true;
@@ -55,12 +54,18 @@ fn spread_around(own: PathLanding, around: Around, node: u32, order: u32) -> Spr
         texels[corner] = a.texel;
         apart[corner] = apart_of(a, b);
     }
-    let at = around.at;
-    let off = own.texel - mix(mix(texels[0], texels[1], at.x), mix(texels[2], texels[3], at.x), at.y);
+    let weight = around.weight;
+    let off = own.texel - mix(mix(texels[0], texels[1], weight.x), mix(texels[2], texels[3], weight.x), weight.y);
     let range = max(max(apart[0], apart[1]), max(apart[2], apart[3])) - min(min(apart[0], apart[1]), min(apart[2], apart[3]));
     let error = max(MOST_DISPERSION * max(abs(off.x), abs(off.y)), MOST_BETWEEN * max(range.x, range.y));
-    let between = mix(mix(apart[0], apart[1], at.x), mix(apart[2], apart[3], at.x), at.y);
-    return Spread(together && error <= params.tolerance && range.z <= MOST_UNEVEN, between);
+    let between = mix(mix(apart[0], apart[1], weight.x), mix(apart[2], apart[3], weight.x), weight.y);
+    return NodeShift(together && error <= params.tolerance && range.z <= MOST_UNEVEN, between);
+}
+
+// What lands is on the landing view; a path that leaves it ends otherwise.
+fn beside_view(landing: PathLanding) -> bool {
+    let size = vec2<f32>(views[params.landing_view + (landing.place & 0xffu)].size);
+    return landing.end == END_LANDED && (any(landing.texel < vec2<f32>(0.0)) || any(landing.texel >= size));
 }
 
 // The path of a place at a node that is not the middle one, if what is around tells it to within the tolerance.
@@ -89,17 +94,17 @@ fn tell_path(place: u32, around: Around, node: u32) -> bool {
     var left = WHOLE;
     for (var order = 0u; order < params.orders; order++) {
         var landing = landings[middle * params.orders + order];
-        let spread = spread_around(landing, around, node, order);
-        if !spread.known {
+        let shift = shift_around(landing, around, node, order);
+        landing.texel += shift.apart.xy;
+        if !shift.known || beside_view(landing) {
             return false;
         }
-        landing.texel += spread.apart.xy;
-        landing.part = told_part(landing.part, spread.apart.z, left);
-        landing.length += spread.apart.w;
+        landing.part = told_part(landing.part, shift.apart.z, left);
+        landing.length += shift.apart.w;
         left -= landing.part;
         landings[path * params.orders + order] = landing;
     }
-    let between = mix(mix(apart[0], apart[1], around.at.x), mix(apart[2], apart[3], around.at.x), around.at.y);
+    let between = mix(mix(apart[0], apart[1], around.weight.x), mix(apart[2], apart[3], around.weight.x), around.weight.y);
     let absorbed = told_part(own.absorbed, between.x, left);
     left -= absorbed;
     let kept_inside = told_part(own.kept_inside, between.y, left);

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::shared::footprint_cells::{
+use crate::shared::footprint::{
     WORK_BINS, WORK_CELLS, WORK_CORNERS, WORK_COUNTS, WORK_DEPOSITS, WORK_RAYS, WORK_WORDS,
 };
 
@@ -15,7 +15,7 @@ pub struct FootprintWork {
     pub uniform_rays: u64,
     /// Cells that were laid down; one whose spectrum was split counts for each part.
     pub cells: u64,
-    /// Wavelengths that the spectrum of a cell was traced at, on average.
+    /// Wavelengths that the spectrum of a cell was traced at, on average: those of a corner, for each part of the cell's spectrum.
     pub wavelengths_per_cell: f64,
     /// The most: all spectra split as often as they may be.
     pub uniform_wavelengths_per_cell: f64,

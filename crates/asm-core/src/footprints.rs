@@ -11,15 +11,15 @@ use crate::passes::footprint_queue::FootprintQueue;
 use crate::passes::footprint_splat::{FootprintSplat, MOST_STEPS};
 use crate::passes::footprint_split::FootprintSplit;
 use crate::passes::map_resolve::MapResolve;
-use crate::passes::path_trace::{LATTICE, PathTrace};
+use crate::passes::path_trace::PathTrace;
 use crate::resources::Resources;
 use crate::shared::emission::{PATH_REFLECTED, PATH_REFRACTED};
 use crate::shared::flux::QUANTUM;
 use crate::shared::footprint::{
     LEAST_BINS, NO_QUEUE, PATCH_CELLS, PATCH_PLACES, PATCH_ROW, PATCH_WORDS, PATCHES_HEAD, PathEnds,
-    PathLanding,
+    PathLanding, WORK_WORDS,
 };
-use crate::shared::footprint_cells::{FootprintCells, QUEUES_HEAD, WORK_WORDS, cell_groups};
+use crate::shared::footprint_cells::{FootprintCells, QUEUES_HEAD, cell_groups};
 use crate::shared::footprint_light::FootprintLight;
 use crate::shared::light_path::MOST_ASIDES;
 use crate::shared::photon_queue::QUEUE_GROUPS;
@@ -48,7 +48,10 @@ const CAPACITY: u32 = 4096;
 const TILE_SIDE: u32 = 32;
 
 /// Nodes that are told by what is around lie off by so many texels of the map at most.
-const NODE_TEXELS: f32 = 0.1;
+const NODE_TEXELS: f64 = 0.1;
+
+/// Corners of the emission view in x and y from one whose nodes are all traced to the next, where what lies between is told.
+const LATTICE: u32 = 8;
 
 /// Most tiles along a side.
 const MOST_TILES: u32 = 8;
@@ -217,8 +220,6 @@ impl Caustics<'_> {
         let emission = self.view(setup.views.start);
         let map = self.view(landing_view);
         let materials = self.scene.materials.len() as u32;
-        // A fitted map may be finer than what it is fitted in.
-        let zoom = if map_view == landing_view { 1.0 } else { self.most_zoom as f32 };
         let trace = PathTrace {
             emission_view: setup.views.start,
             landing_view,
@@ -238,8 +239,8 @@ impl Caustics<'_> {
             range: setup.range,
             keeps_bounds: u32::from(map_view != landing_view),
             asides: footprints.asides,
-            lattice: 0,
-            tolerance: NODE_TEXELS / zoom,
+            lattice: 1,
+            tolerance: 0.0,
         };
         let cells = FootprintCells {
             emission_view: setup.views.start,
@@ -400,19 +401,18 @@ impl Caustics<'_> {
             self.resources.plan.steps.push(Step::ClearBuffer { buffer: bounds });
         }
         let groups = cell_groups(texels, trace.nodes, max_groups);
-        self.dispatch("path_trace", label, &trace, trace_bindings.to_vec(), groups);
-        let lattices =
-            std::iter::successors(Some(LATTICE), |step| Some(step / 2)).take_while(|step| *step > 1);
-        // One node tells nothing.
-        for lattice in lattices.filter(|_| trace.nodes > 1) {
+        // A fitted map may be finer than the view that it is fitted in, in a picture by any factor: there nothing is told. Nor does one node
+        // tell anything.
+        let zoom = fitted.map_or(1.0, |_| self.most_zoom);
+        let lattice = if trace.nodes > 1 && zoom.is_finite() { LATTICE } else { 1 };
+        let first = PathTrace { lattice, tolerance: 0.0, ..trace };
+        self.dispatch("path_trace", label, &first, trace_bindings.to_vec(), groups);
+        for lattice in
+            std::iter::successors(Some(lattice), |step| Some(step / 2)).take_while(|step| *step > 1)
+        {
+            let rest = PathTrace { lattice, tolerance: (NODE_TEXELS / zoom) as f32, ..trace };
             let label = format!("{label}, between corners {lattice} apart");
-            self.dispatch(
-                "path_trace",
-                &label,
-                &PathTrace { lattice, ..trace },
-                trace_bindings.to_vec(),
-                groups,
-            );
+            self.dispatch("path_trace", &label, &rest, trace_bindings.to_vec(), groups);
         }
         if let Some(bounds) = fitted {
             let views = [trace.landing_view, splat.cells.map_view, trace.landing_faces];

@@ -136,15 +136,17 @@ impl Extent {
     }
 }
 
+/// Counts of cells, the first ones of all.
+const CELL_COUNTS: usize = 3;
+
 /// CPU mirror: the cells of the emission view or of the queue that are not split further.
 pub fn footprint_splat(light: &CellLight<'_>, map: &[AtomicU32], ledger: &[AtomicU32]) {
     let cells = light.count();
     (0..cells.div_ceil(CELLS_PER_GROUP)).into_par_iter().for_each(|group| {
         let mut sums: Sums = [[(0, 0); LEDGER_ROWS]; MOST_NODES];
-        let mut work = [0; WORK_CELL_COUNTS];
+        let mut work = [0; CELL_COUNTS];
         for i in group * CELLS_PER_GROUP..cells.min((group + 1) * CELLS_PER_GROUP) {
             let Some(emitted) = light.emitted(i) else { continue };
-            work[WORK_CORNERS] += u64::from(emitted.own);
             if light.split(i) == TOGETHER {
                 work[WORK_CELLS] += 1;
                 work[WORK_BINS] += u64::from(emitted.cell.bins);

@@ -18,9 +18,9 @@ use crate::shared::bvh::Surfaces;
 use crate::shared::flux::{WHOLE, add_64};
 use crate::shared::footprint::{
     CELLS_PER_GROUP, FootprintCell, MOST_NODES, NO_QUEUE, PATCH_NEW, PATCH_PLACES, PATCH_ROW, PathEnds,
-    PathLanding, middle_node, node_bin,
+    PathLanding, WORK_CORNERS, WORK_RAYS, middle_node, node_bin,
 };
-use crate::shared::footprint_cells::{WORK_RAYS, queued_patch};
+use crate::shared::footprint_cells::queued_patch;
 use crate::shared::ledger::*;
 use crate::shared::light_path::{Arrival, LightPaths, way_on};
 use crate::shared::optics::Optics;
@@ -69,9 +69,9 @@ pub struct PathTrace {
     pub keeps_bounds: u32,
     /// Of its landings, those of what was thrown back behind the first glass.
     pub asides: u32,
-    /// 0: paths that tell how others go; else these, told by corners so far apart, and traced where they are not.
+    /// Spacing of corners of the emission view that tell, when all their nodes are known, how those halfway between them go.
     pub lattice: u32,
-    /// Of what is told, texels of the landing view.
+    /// Of what is told, texels of the landing view; 0: nothing yet, all nodes of that lattice are traced, and all middle ones.
     pub tolerance: f32,
 }
 
@@ -153,21 +153,43 @@ pub fn path_trace(
     ends: &mut [PathEnds],
     bounds: &[AtomicU32],
 ) {
-    let rays = if inputs.params.queue == NO_QUEUE {
+    let Work { corners, rays } = if inputs.params.queue == NO_QUEUE {
         inputs.trace_texels(landings, ends, bounds)
     } else {
         inputs.trace_patches(queues, landings, ends)
     };
+    add_64(&queues[2 * WORK_CORNERS..], corners);
     add_64(&queues[2 * WORK_RAYS..], rays);
 }
 
-/// All nodes of every so many corners of the emission view in x and y are traced, and of its last ones. These tell those halfway between them,
-/// and so on.
-pub const LATTICE: u32 = 8;
-
+/// Every so many corners in x and y, and the last ones.
 fn on_lattice(at: UVec2, size: UVec2, step: u32) -> bool {
     let on_line = |at, size| at % step == 0 || at == size - 1;
     on_line(at.x, size.x) && on_line(at.y, size.y)
+}
+
+/// A dispatch over the emission view takes this node of a corner.
+fn takes_texel(params: &PathTrace, at: UVec2, size: UVec2, node: usize) -> bool {
+    let (middle, step) = (node as u32 == middle_node(params.nodes), params.lattice);
+    if params.tolerance == 0.0 {
+        return middle || on_lattice(at, size, step);
+    }
+    !middle && on_lattice(at, size, step / 2) && !on_lattice(at, size, step)
+}
+
+/// Counts of what was done.
+#[derive(Clone, Copy, Default)]
+struct Work {
+    /// That paths begin at.
+    corners: u64,
+    /// Traced.
+    rays: u64,
+}
+
+impl std::iter::Sum for Work {
+    fn sum<I: Iterator<Item = Self>>(works: I) -> Self {
+        works.fold(Self::default(), |a, b| Self { corners: a.corners + b.corners, rays: a.rays + b.rays })
+    }
 }
 
 /// The paths of such corners, row by row.
@@ -210,28 +232,30 @@ impl Lattice {
         let corners = [low, UVec2::new(high.x, low.y), UVec2::new(low.x, high.y), high]
             .map(|at| (line(at).x + across * line(at).y) as usize)
             .map(|i| CornerPaths::of(&self.landings, &self.ends, i, self.nodes, self.orders));
-        Around { corners, at: (at - low).as_vec2() / (high - low).max(UVec2::ONE).as_vec2() }
+        Around { corners, weight: (at - low).as_vec2() / (high - low).max(UVec2::ONE).as_vec2() }
     }
 }
 
 impl<'a> Inputs<'a> {
-    /// Of the emission view. Returns how many paths were traced.
-    fn trace_texels(&self, landings: &mut [PathLanding], ends: &mut [PathEnds], bounds: &[AtomicU32]) -> u64 {
+    /// Of the emission view.
+    fn trace_texels(
+        &self,
+        landings: &mut [PathLanding],
+        ends: &mut [PathEnds],
+        bounds: &[AtomicU32],
+    ) -> Work {
         let params = &self.params;
         let (nodes, orders) = (params.nodes as usize, params.orders as usize);
         let size = self.views[params.emission_view as usize].size;
         let step = params.lattice;
-        let lattice = (step > 0).then(|| Lattice::of_texels(landings, ends, size, step, nodes, orders));
+        let lattice =
+            (params.tolerance > 0.0).then(|| Lattice::of_texels(landings, ends, size, step, nodes, orders));
         let corners = landings.par_chunks_exact_mut(nodes * orders).zip(ends.par_chunks_exact_mut(nodes));
         let corners = corners.take((size.x * size.y) as usize).enumerate();
-        let rays = corners.with_min_len(CELLS_PER_GROUP as usize).map(|(place, (landings, ends))| {
+        let work = corners.with_min_len(CELLS_PER_GROUP as usize).map(|(place, (landings, ends))| {
             let at = UVec2::new(place as u32 % size.x, place as u32 / size.x);
             let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
-            let middle = |node| node == self.middle();
-            let taken = |node| match step {
-                0 => middle(node) || on_lattice(at, size, LATTICE),
-                _ => !middle(node) && on_lattice(at, size, step / 2) && !on_lattice(at, size, step),
-            };
+            let taken = |node| takes_texel(params, at, size, node);
             let here = (0..nodes).filter(|node| taken(*node));
             let rays = match &lattice {
                 None => self.trace_corner(&cell, taken, landings, ends),
@@ -243,18 +267,18 @@ impl<'a> Inputs<'a> {
                     self.add_bounds(landing, bounds);
                 }
             }
-            rays
+            Work { corners: u64::from(taken(self.middle())), rays }
         });
-        rays.sum()
+        work.sum()
     }
 
-    /// Of the queued patches. Returns how many paths were traced.
+    /// Of the queued patches.
     fn trace_patches(
         &self,
         queues: &[AtomicU32],
         landings: &mut [PathLanding],
         ends: &mut [PathEnds],
-    ) -> u64 {
+    ) -> Work {
         let params = &self.params;
         let (nodes, orders) = (params.nodes as usize, params.orders as usize);
         // Parents lie before or behind the patches' own places.
@@ -275,17 +299,19 @@ impl<'a> Inputs<'a> {
         };
         let patches =
             landings.par_chunks_exact_mut(paths * orders).zip(ends.par_chunks_exact_mut(paths)).enumerate();
-        let rays = patches.with_min_len(8).map(|(slot, (landings, ends))| {
+        let work = patches.with_min_len(8).map(|(slot, (landings, ends))| {
             let patch = queued_patch(queues, params.queue, slot as u32);
             let paths_of = |at: UVec2| {
                 let first = (at.x + PATCH_ROW * at.y) as usize * nodes;
                 (first * orders..(first + nodes) * orders, first..first + nodes)
             };
-            let mut rays = 0;
+            let mut work = Work::default();
             for at in (0..PATCH_NEW).filter_map(|i| patch.new_corner(i)) {
                 let cell = FootprintCell { at: patch.cell(0).at + at, ..patch.cell(0) };
                 let (own_landings, own_ends) = paths_of(at);
-                rays += self.trace_corner(&cell, |_| true, &mut landings[own_landings], &mut ends[own_ends]);
+                work.corners += 1;
+                work.rays +=
+                    self.trace_corner(&cell, |_| true, &mut landings[own_landings], &mut ends[own_ends]);
             }
             if patch.has_parent() {
                 for outer in [UVec2::ZERO, UVec2::X, UVec2::Y, UVec2::ONE] {
@@ -295,9 +321,9 @@ impl<'a> Inputs<'a> {
                     ends[own_ends].copy_from_slice(from.ends);
                 }
             }
-            rays
+            work
         });
-        rays.sum()
+        work.sum()
     }
 
     fn middle(&self) -> usize {
@@ -361,9 +387,11 @@ impl<'a> Inputs<'a> {
         landings: &mut [PathLanding],
         ends: &mut [PathEnds],
     ) -> u64 {
+        let params = &self.params;
+        let size_of_face = |face| self.views[(params.landing_view + face) as usize].size;
         let mut untold = [false; MOST_NODES];
         for node in (0..ends.len()).filter(|node| *node != self.middle()) {
-            untold[node] = !around.tell_path(landings, ends, node, self.params.tolerance);
+            untold[node] = !around.tell_path(landings, ends, node, params.tolerance, size_of_face);
         }
         if untold.contains(&true) { self.trace_corner(cell, |node| untold[node], landings, ends) } else { 0 }
     }
@@ -421,5 +449,52 @@ impl<'a> Inputs<'a> {
         let face = landing.place & 0xff;
         let size = self.views[(self.params.landing_view + face) as usize].size;
         landing_bounds_add(size, face, landing.texel, bounds);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    const NODES: u32 = 3;
+
+    /// As a bake runs them.
+    fn dispatches() -> impl Iterator<Item = PathTrace> {
+        let of = |(lattice, tolerance)| PathTrace { nodes: NODES, lattice, tolerance, ..PathTrace::zeroed() };
+        [(8, 0.0), (8, 0.1), (4, 0.1), (2, 0.1)].into_iter().map(of)
+    }
+
+    fn corners(size: UVec2) -> impl Iterator<Item = UVec2> {
+        (0..size.x * size.y).map(move |i| UVec2::new(i % size.x, i / size.x))
+    }
+
+    #[test]
+    fn every_node_of_every_corner_is_taken_once() {
+        for size in [2, 8, 9, 17].map(UVec2::splat).into_iter().chain([UVec2::new(66, 35)]) {
+            for (at, node) in corners(size).flat_map(|at| (0..NODES as usize).map(move |node| (at, node))) {
+                let taken = dispatches().filter(|params| takes_texel(params, at, size, node)).count();
+                assert_eq!(taken, 1, "node {node} of {at}, {size}");
+            }
+        }
+    }
+
+    #[test]
+    fn corners_around_are_on_the_lattice_and_their_weights_make_up_the_place() {
+        for (size, step) in [(UVec2::splat(9), 8), (UVec2::splat(17), 4), (UVec2::new(66, 35), 8)] {
+            let landings: Vec<_> = corners(size)
+                .map(|at| PathLanding { texel: at.as_vec2(), ..PathLanding::default() })
+                .collect();
+            let ends = vec![PathEnds::default(); landings.len()];
+            let lattice = Lattice::of_texels(&landings, &ends, size, step, 1, 1);
+            for at in corners(size).filter(|at| !on_lattice(*at, size, step)) {
+                let around = lattice.around(at);
+                let [a, b, c, d] = around.corners.map(|corner| corner.landings[0].texel);
+                assert!([a, b, c, d].iter().all(|corner| on_lattice(corner.as_uvec2(), size, step)), "{at}");
+                let place = a.lerp(b, around.weight.x).lerp(c.lerp(d, around.weight.x), around.weight.y);
+                assert!(place.abs_diff_eq(at.as_vec2(), 1e-4), "{at}: {place}");
+            }
+        }
     }
 }

@@ -121,6 +121,21 @@ pub fn node_weights(nodes: usize, at: &[f32; MOST_NODES], x: f32) -> [f32; MOST_
     })
 }
 
+/// Counts of what was done stand at the start of the queues, low and high word each: tents put down, and texels that gathered light.
+pub const WORK_DEPOSITS: usize = 0;
+/// Cells laid down.
+pub const WORK_CELLS: usize = 1;
+/// Bins of these cells.
+pub const WORK_BINS: usize = 2;
+/// Corners that paths begin at.
+pub const WORK_CORNERS: usize = 3;
+/// Paths traced from them.
+pub const WORK_RAYS: usize = 4;
+/// Number of counts.
+pub const WORK_COUNTS: usize = 5;
+/// Words of them.
+pub const WORK_WORDS: usize = 2 * WORK_COUNTS;
+
 /// Classes of urgency of splits: four of each class of stakes.
 pub const CLASSES: usize = 64;
 
@@ -201,15 +216,6 @@ impl Patch {
         (x <= self.parts.x && y <= self.parts.y).then_some(UVec2::new(x, y))
     }
 
-    /// Number of them.
-    pub fn new_corners(&self) -> u32 {
-        match self.cells() {
-            1 => 4,
-            2 => 2,
-            _ => PATCH_NEW,
-        }
-    }
-
     /// Whether its outer corners are its parent's.
     pub fn has_parent(&self) -> bool {
         self.cells() > 1
@@ -282,7 +288,7 @@ mod tests {
         {
             let patch = Patch { cell, parts, parent: 0 };
             let mut corners: Vec<_> = (0..PATCH_NEW).filter_map(|i| patch.new_corner(i)).collect();
-            assert_eq!((corners.len(), patch.new_corners()), (new, new as u32), "{parts}");
+            assert_eq!(corners.len(), new, "{parts}");
             if patch.has_parent() {
                 corners.extend([UVec2::ZERO, parts * UVec2::X, parts * UVec2::Y, parts]);
             }

@@ -62,8 +62,6 @@ pub struct Emitted {
     pub cell: FootprintCell,
     /// Of the cell's first corner.
     pub place: u32,
-    /// Corners that its patch has of its own, at the first cell of it.
-    pub own: u32,
     /// From its upper to its lower corners, places.
     pub row: u32,
     /// Corners before the first in x and y, in one row of places with it.
@@ -81,24 +79,7 @@ pub const APART_IN_Y: u32 = 2;
 /// Wavelengths.
 pub const BANDS_APART: u32 = 4;
 
-/// Counts of what was done stand at the start of the queues, low and high word each: corners that cells have of their own.
-pub const WORK_CORNERS: usize = 0;
-/// Tents put down, and texels that gathered light.
-pub const WORK_DEPOSITS: usize = 1;
-/// Cells laid down.
-pub const WORK_CELLS: usize = 2;
-/// Bins of these cells.
-pub const WORK_BINS: usize = 3;
-/// Number of those of cells.
-pub const WORK_CELL_COUNTS: usize = 4;
-/// Paths traced.
-pub const WORK_RAYS: usize = 4;
-/// Number of counts.
-pub const WORK_COUNTS: usize = 5;
-/// Words of them.
-pub const WORK_WORDS: usize = 2 * WORK_COUNTS;
-
-/// Word of the queues behind these counts: light that lands of the emission view's cells, in parts of a whole cell's flux.
+/// Word of the queues behind the counts of what was done: light that lands of the emission view's cells, in parts of a whole cell's flux.
 pub const LANDED: usize = WORK_WORDS;
 
 /// Bits of a part, see [`super::flux`], below those that are counted there.
@@ -174,7 +155,7 @@ impl Cells<'_> {
             let at = first + params.tile_stride * UVec2::new(i % cells.x, i / cells.x);
             let cell = FootprintCell { at, level: UVec2::ZERO, first: 0, bins: params.bins };
             let place = at.y * size.x + at.x;
-            return Some(Emitted { cell, place, own: 1, row: size.x, before: at, behind: size - 2 - at });
+            return Some(Emitted { cell, place, row: size.x, before: at, behind: size - 2 - at });
         }
         let (slot, child) = (i / PATCH_CELLS, i % PATCH_CELLS);
         let patch = queued_patch(self.queues, params.queue, slot);
@@ -185,7 +166,6 @@ impl Cells<'_> {
         Some(Emitted {
             cell: patch.cell(child),
             place: params.first_place + PATCH_PLACES * slot + inner.x + PATCH_ROW * inner.y,
-            own: if child == 0 { patch.new_corners() } else { 0 },
             row: PATCH_ROW,
             before: inner,
             behind: patch.parts - 1 - inner,

@@ -97,6 +97,9 @@ fn footprints_say_how_little_they_took() {
         let [own, uniform] = [own, uniform].map(|key| took[key].as_f64().expect(key));
         assert!(0.0 < own && own < uniform, "{took}");
     }
+    // Of three wavelengths most are known from corners around.
+    let per_cell = took["wavelengths_per_cell"].as_f64().expect("wavelengths");
+    assert!((1.0..2.5).contains(&per_cell), "{took}");
 }
 
 /// The map is fixed point: threads must not show.
