@@ -71,7 +71,7 @@ mod tests {
         let uniform = FootprintWork { uniform_rays: 7, ..FootprintWork::default() };
         let books = WorkBooks { first_row: 1, rows: 2, bins: 256, uniform };
         let row =
-            |corners, deposits, cells, bins, rays| [corners, 0, deposits, 1, cells, 0, bins, 0, rays, 0];
+            |corners, deposits, cells, bins, rays| [deposits, 1, cells, 0, bins, 0, corners, 0, rays, 0];
         let rows = [row(1, 1, 1, 1, 1), row(10, 20, 2, 512, 25), row(5, 1, 2, 256, 5), row(9, 9, 9, 9, 9)];
         let work = books.read(rows.as_flattened());
         assert_eq!((work.rays, work.cells, work.deposits), (30, 4, 21 + (2 << 32)));
